@@ -1,7 +1,5 @@
 """Vector environments by id, as data names them."""
 
-from __future__ import annotations
-
 import difflib
 import importlib
 import sys

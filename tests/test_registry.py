@@ -18,8 +18,8 @@ import rigid_envs
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.envs.lookup import checked_id, families, full_id, task_of
 from rigid_envs.mechanics import rotations
+from rigid_envs.scores.best import TheoreticalLimit
 from rigid_envs.scores.starts import METRICS
-from rigid_envs.scores.theory import TheoreticalLimit
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.registry import COSTS, ENVIRONMENTS, EnvironmentRecord, add, load
 from tests.fixtures import Patch

@@ -1,7 +1,5 @@
 """The command line `python -m agents VERB`."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 from collections.abc import Sequence
@@ -15,7 +13,7 @@ from rigid_envs.tools.cli.words import Act, answer
 
 from ..environments import import_allowed
 from ..storage.runs import RunInUseError
-from . import sweeping, training
+from . import verbs
 
 _SHORT = ("train", "--total_timesteps", "1_500_000")
 """Without arguments: less than half of the steps of the recipe, for a first look."""
@@ -51,13 +49,13 @@ def _parser() -> argparse.ArgumentParser:
         allow_abbrev=False,
     )
     parser.add_argument("--version", action="version", version=f"rigid-envs {__version__}")
-    verbs = parser.add_subparsers(metavar="VERB", required=True)
+    several = parser.add_subparsers(metavar="VERB", required=True)
     for each in (
-        *(training.train, training.evaluate, leaderboard_, training.enjoy),
-        *(sweeping.benchmark, sweeping.search, sweeping.baselines, sweeping.publish),
+        *(verbs.train, verbs.evaluate, leaderboard_, verbs.enjoy),
+        *(verbs.benchmark, verbs.search, verbs.baselines, verbs.publish),
     ):
-        each.add(verbs)
-    for verb in verbs.choices.values():
+        each.add(several)
+    for verb in several.choices.values():
         verb.add_argument(
             "--allow-import",
             metavar="MODULE",

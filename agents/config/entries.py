@@ -1,7 +1,5 @@
 """Entries of a config with their rules, for each algorithm."""
 
-from __future__ import annotations
-
 import abc
 import dataclasses
 import re
@@ -10,22 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from rigid_envs.base.settings import (
-    Choice,
-    Either,
-    Flag,
-    Integer,
-    Keywords,
-    List,
-    Null,
-    Number,
-    Settings,
-    Text,
-    check_fields,
-    from_config,
-    refusal,
-    setting,
-)
+from rigid_envs.base import settings
 from rigid_envs.envs.lookup import full_id
 
 # Entries of the config of a training run that every algorithm has.
@@ -35,7 +18,7 @@ _NOT_OF_SB3 = {"action_std", "log_every", "log_std_init", "n_dropped", "n_quanti
                "n_sampled_goal"}  # fmt: skip
 
 
-class Count(Integer):
+class Count(settings.Integer):
     """An integer; also 3e6, which YAML reads as a float."""
 
     def check(self, value: Any) -> Any:
@@ -49,81 +32,85 @@ def is_folder_name(text: str) -> bool:
     return _NAME.fullmatch(text) is not None and text.strip(".") != ""
 
 
-def _line(text: str, rule: Number, ends: Number | None = None) -> Either:
+def _line(text: str, rule: settings.Number, ends: settings.Number | None = None) -> settings.Either:
     """A number, or both ends of a straight line over the run."""
     also = f"{text}; [start, end] is a straight line over the run"
-    return Either(also, (rule, List("", ends or rule, 2, 2)))
+    return settings.Either(also, (rule, settings.List("", ends or rule, 2, 2)))
 
 
 def _count(default: int, text: str, low: int, high: int) -> Any:
-    return setting(default, Count(text, low, high))
+    return settings.setting(default, Count(text, low, high))
 
 
 def _number(default: float, text: str, low: float, high: float, above: bool = False) -> Any:
-    return setting(default, Number(text, low=low, high=high, above=above))
+    return settings.setting(default, settings.Number(text, low=low, high=high, above=above))
 
 
 def _flag(text: str) -> Any:
     """An entry that is False where it is not given."""
-    return setting(False, Flag(text))
+    return settings.setting(False, settings.Flag(text))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Config(Settings, abc.ABC):
+class Config(settings.Settings, abc.ABC):
     """Config of a training run: the entries that every algorithm has."""
 
-    env_id: str = setting(
+    env_id: str = settings.setting(
         "RigidEnvs/BallPark-v0",
-        Text(
+        settings.Text(
             "environment to train on; `rigid-envs list` names them",
             "the id of a registered environment",
             str.strip,
         ),
     )
-    env_kwargs: Mapping[str, Any] = setting(
-        {}, Keywords("hyperparameters of the task; `rigid-envs describe ID` names them")
+    env_kwargs: Mapping[str, Any] = settings.setting(
+        {}, settings.Keywords("hyperparameters of the task; `rigid-envs describe ID` names them")
     )
-    train_kwargs: Mapping[str, Any] = setting(
+    train_kwargs: Mapping[str, Any] = settings.setting(
         {},
-        Keywords(
+        settings.Keywords(
             "hyperparameters that hold in training alone, over env_kwargs: a price on effort, a "
             "longer control period"
         ),
     )
-    cost_price: float | tuple[float, float] = setting(
+    cost_price: float | tuple[float, float] = settings.setting(
         0.0,
         _line(
             "price of a unit of the cost of an episode, taken from the reward in training",
-            Number(low=0, high=1e6),
+            settings.Number(low=0, high=1e6),
         ),
     )
     success_bonus: float = _number(
         0.0, "added to the reward of a step that counts as success, in training", low=0, high=1e6
     )
-    algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "tqc", "dqn")))
+    algo: str = settings.setting(
+        "ppo", settings.Choice("learning algorithm", ("ppo", "sac", "tqc", "dqn"))
+    )
     seed: int = _count(
         0, "seed of weights, exploration and starts; evaluations have their own", 0, 2**63 - 1
     )
     total_timesteps: int = _count(1_000_000, "environment steps, all rows together", 1, 10**12)
     n_envs: int = _count(256, "rows stepped together", 1, 65536)
     gamma: float = _number(0.99, "discount factor per step", low=0, high=1)
-    learning_rate: float | tuple[float, float] = setting(
+    learning_rate: float | tuple[float, float] = settings.setting(
         (1e-3, 1e-4),
         _line(
-            "step size of the optimiser", Number(low=0, high=1, above=True), Number(low=0, high=1)
+            "step size of the optimiser",
+            settings.Number(low=0, high=1, above=True),
+            settings.Number(low=0, high=1),
         ),
     )
-    net_arch: tuple[int, ...] = setting(
+    net_arch: tuple[int, ...] = settings.setting(
         (64, 64),
-        List(
+        settings.List(
             "widths of the hidden layers, of the policy and of the value function each",
             Count("", 1, 4096),
             0,
             8,
         ),
     )
-    activation: str = setting(
-        "tanh", Choice("activation of the hidden layers", ("tanh", "relu", "elu", "silu"))
+    activation: str = settings.setting(
+        "tanh", settings.Choice("activation of the hidden layers", ("tanh", "relu", "elu", "silu"))
     )
     normalize_observation: bool = _flag(
         "shift and scale observations by their running mean and standard deviation"
@@ -146,20 +133,22 @@ class Config(Settings, abc.ABC):
         100_000, "steps between evaluations on fixed held-out starts", 1, 10**12
     )
     eval_episodes: int = _count(100, "episodes of one such evaluation", 1, 100_000)
-    checkpoint_every: int | None = setting(
+    checkpoint_every: int | None = settings.setting(
         None,
-        Either(
+        settings.Either(
             "updates between checkpoints; null: as often as costs at most 2 % of the time",
-            (Null(), Count("", 1, 10**9)),
+            (settings.Null(), Count("", 1, 10**9)),
         ),
     )
     torch_threads: int = _count(1, "threads of torch; 1 is fastest for small networks", 1, 1024)
-    log_dir: str = setting("logs", Text("folder of all runs", "a path", str.strip))
-    run_name: str | None = setting(
+    log_dir: str = settings.setting(
+        "logs", settings.Text("folder of all runs", "a path", str.strip)
+    )
+    run_name: str | None = settings.setting(
         None,
-        Either(
+        settings.Either(
             "folder of this run in log_dir/algo; null: the environment's name and a number",
-            (Null(), Text("", "1 to 80 of A-Z a-z 0-9 . _ -", is_folder_name)),
+            (settings.Null(), settings.Text("", "1 to 80 of A-Z a-z 0-9 . _ -", is_folder_name)),
         ),
     )
 
@@ -202,7 +191,7 @@ class Config(Settings, abc.ABC):
         Raises:
             ConfigError: "config.<key>: <key> = ...; expected ...".
         """
-        check_fields(self)
+        settings.check_fields(self)
 
 
 # Config of a training run: one frozen dataclass for each algorithm.
@@ -224,22 +213,22 @@ class PPOConfig(Config):
     ent_coef: float = _number(0.0, "weight of the entropy of the policy", low=0, high=100)
     vf_coef: float = _number(0.5, "weight of the value loss", low=0, high=100)
     max_grad_norm: float = _number(0.5, "largest norm of a gradient", low=0, high=1e6, above=True)
-    target_kl: float | None = setting(
+    target_kl: float | None = settings.setting(
         None,
-        Either(
+        settings.Either(
             "stop an update early at 1.5 times this KL divergence; null: never",
-            (Null(), Number(low=0, high=100, above=True)),
+            (settings.Null(), settings.Number(low=0, high=100, above=True)),
         ),
     )
     log_std_init: float = _number(
         -0.5, "logarithm of the initial standard deviation of the actions", low=-20, high=2
     )
-    action_std: tuple[float, float] | None = setting(
+    action_std: tuple[float, float] | None = settings.setting(
         None,
-        Either(
+        settings.Either(
             "standard deviation of the actions: [start, end] goes from one to the other over the "
             "run, by equal factors; null: learnt, from log_std_init on",
-            (Null(), List("", Number(low=1e-6, high=10), 2, 2)),
+            (settings.Null(), settings.List("", settings.Number(low=1e-6, high=10), 2, 2)),
         ),
     )
 
@@ -257,7 +246,7 @@ class PPOConfig(Config):
         super().__post_init__()
         samples = self.steps_per_update
         if samples % self.batch_size:
-            raise refusal(
+            raise settings.refusal(
                 "batch_size",
                 self.batch_size,
                 f"a divisor of n_envs * n_steps = {samples} in [2, {samples}]",
@@ -315,11 +304,11 @@ class SACConfig(OffPolicyConfig):
     learning_rate: float | tuple[float, float] = (1e-3, 3e-4)
     activation: str = "relu"
     eval_every: int = 20_000
-    ent_coef: str | float = setting(
+    ent_coef: str | float = settings.setting(
         "auto",
-        Either(
+        settings.Either(
             "weight of the entropy of the policy; auto: learnt",
-            (Choice("", ("auto",)), Number(low=0, high=100)),
+            (settings.Choice("", ("auto",)), settings.Number(low=0, high=100)),
         ),
     )
 
@@ -344,7 +333,7 @@ class TQCConfig(SACConfig):
         """
         super().__post_init__()
         if self.n_dropped >= self.n_quantiles:
-            raise refusal(
+            raise settings.refusal(
                 "n_dropped", self.n_dropped, f"less than n_quantiles = {self.n_quantiles}"
             )
 
@@ -372,7 +361,7 @@ class DQNConfig(OffPolicyConfig):
         """
         super().__post_init__()
         if self.target_update_interval < self.n_envs:
-            raise refusal(
+            raise settings.refusal(
                 "target_update_interval",
                 self.target_update_interval,
                 f"at least n_envs = {self.n_envs}",
@@ -400,7 +389,7 @@ def config_from(values: Mapping[str, Any]) -> Config:
     if isinstance(values.get("env_id"), str):
         values = {**values, "env_id": full_id(values["env_id"].strip())}
     kind = ALGORITHMS.get(str(values.get("algo", "ppo")), PPOConfig)  # refuses another `algo`
-    config: Config = from_config(kind, values)
+    config: Config = settings.from_config(kind, values)
     return config
 
 

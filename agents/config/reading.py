@@ -1,7 +1,5 @@
 """Configs in YAML files, options of the command line, shipped recipes."""
 
-from __future__ import annotations
-
 import argparse
 import dataclasses
 import json

@@ -1,7 +1,5 @@
 """Search of hyperparameters, as a YAML file describes it: a recipe in which values are ranges."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path

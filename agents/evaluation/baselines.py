@@ -1,7 +1,5 @@
 """The page of baselines and its figures."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import os
@@ -15,21 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from rigid_envs.base.checks import Array, ConfigError
-from rigid_envs.base.files import write_atomic
-from rigid_envs.base.text import in_markdown, in_plot, markdown_table
+from rigid_envs.base.files import in_markdown, in_plot, markdown_table, write_atomic
 from rigid_envs.envs.lookup import families, task_of
+from rigid_envs.scores import statistics
 from rigid_envs.scores.leaderboard import INK, MUTED, dress, file_of, look
 from rigid_envs.scores.records import Record, read_records
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import cost_of
-from rigid_envs.scores.statistics import (
-    interquartile_mean,
-    mean_interval,
-    performance_profile,
-    probability_of_improvement,
-    stratified_band,
-    stratified_bootstrap,
-)
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
 from .reports import short_number
@@ -58,7 +48,7 @@ def grouped(folder: Path) -> Grouped:
         found.setdefault(record.policy, {}).setdefault(record.env_id, []).append(record)
     if not found:
         raise ConfigError(f"folder = {folder}; expected records of `python -m agents benchmark`")
-    means = {name: interquartile_mean(results_of(found, name)) for name in found}
+    means = {name: statistics.interquartile_mean(results_of(found, name)) for name in found}
     names = sorted(found, key=lambda name: (-len(found[name]), -means[name]))
     return {
         name: {
@@ -96,7 +86,7 @@ def interval_of(
     """
     if any(len(each) < 2 for runs in policies for each in runs):
         return None
-    return stratified_bootstrap(statistic, *policies, n_resamples=n_resamples)
+    return statistics.stratified_bootstrap(statistic, *policies, n_resamples=n_resamples)
 
 
 def digest_of(groups: Grouped) -> str:
@@ -159,8 +149,8 @@ def _overall(groups: Grouped) -> str:
             str(sum(map(len, by_id.values()))),
             f"{sum(rate >= SOLVED for rate in rates)} of {len(by_id)}",
             f"{100 * np.mean(rates):.1f} %",
-            f"**{interquartile_mean(runs):.3f}**",
-            _told(interval_of(interquartile_mean, runs)),
+            f"**{statistics.interquartile_mean(runs):.3f}**",
+            _told(interval_of(statistics.interquartile_mean, runs)),
             f"{cpu:.0f} s",
         ))  # fmt: skip
     return _table(header, rows)
@@ -170,8 +160,8 @@ def _comparisons(groups: Grouped) -> str:
     rows: list[tuple[str, ...]] = []
     for one, other, ids in pairs(groups):
         runs = results_of(groups, one, ids), results_of(groups, other, ids)
-        chance = probability_of_improvement(*runs)
-        ends = interval_of(probability_of_improvement, *runs)
+        chance = statistics.probability_of_improvement(*runs)
+        ends = interval_of(statistics.probability_of_improvement, *runs)
         rows.append(
             (
                 in_markdown(one),
@@ -246,7 +236,7 @@ def _steps(records: Sequence[Record]) -> str:
 
 
 def _interval(values: Sequence[float], scale: float = 1.0) -> str:
-    return _told(mean_interval(values) if len(values) > 1 else None, scale)
+    return _told(statistics.mean_interval(values) if len(values) > 1 else None, scale)
 
 
 def _told(ends: tuple[float, float] | None, scale: float = 1.0) -> str:
@@ -332,7 +322,7 @@ def _draw_panel(axes: Axes, groups: Grouped, env_id: str) -> None:
         steps, rates = _curves(records)
         colour = _colour(groups, name)
         if len(records) > 1:
-            low, high = stratified_band(_mean_curve, [rates], n_resamples=_RESAMPLES)
+            low, high = statistics.stratified_band(_mean_curve, [rates], n_resamples=_RESAMPLES)
             axes.fill_between(steps, 100 * low, 100 * high, color=colour, alpha=0.2, lw=0)
         axes.plot(steps, 100 * rates.mean(axis=0), color=colour, lw=1.5)
     axes.axhline(100 * SOLVED, color=MUTED, lw=0.6, ls=":")
@@ -372,11 +362,13 @@ def _draw_profiles(groups: Grouped) -> Figure:
     for name in groups:
         runs, colour = results_of(groups, name), _colour(groups, name)
         if all(len(each) > 1 for each in runs):
-            low, high = stratified_band(
-                lambda drawn: performance_profile(drawn, at), runs, n_resamples=_RESAMPLES
+            low, high = statistics.stratified_band(
+                lambda drawn: statistics.performance_profile(drawn, at),
+                runs,
+                n_resamples=_RESAMPLES,
             )
             axes.fill_between(at, 100 * low, 100 * high, color=colour, alpha=0.2, lw=0)
-        share = 100 * performance_profile(runs, at)
+        share = 100 * statistics.performance_profile(runs, at)
         axes.plot(at, share, color=colour, lw=1.8, label=_with_count(groups, name))
     dress(axes, "share of trainings above it")
     axes.set_xlabel("efficiency", color=MUTED)
@@ -391,8 +383,8 @@ def _draw_aggregates(groups: Grouped) -> Figure:
     rows = {}
     for name in groups:
         runs = results_of(groups, name)
-        ends = interval_of(interquartile_mean, runs, n_resamples=_RESAMPLES)
-        rows[_with_count(groups, name)] = interquartile_mean(runs), ends
+        ends = interval_of(statistics.interquartile_mean, runs, n_resamples=_RESAMPLES)
+        rows[_with_count(groups, name)] = statistics.interquartile_mean(runs), ends
     colours = [_colour(groups, name) for name in groups]
     return _draw_intervals(rows, colours, "interquartile mean of the efficiency")
 
@@ -402,9 +394,9 @@ def _draw_improvement(groups: Grouped) -> Figure:
     rows, colours = {}, []
     for one, other, ids in pairs(groups):
         runs = results_of(groups, one, ids), results_of(groups, other, ids)
-        ends = interval_of(probability_of_improvement, *runs, n_resamples=_RESAMPLES)
+        ends = interval_of(statistics.probability_of_improvement, *runs, n_resamples=_RESAMPLES)
         rows[f"{in_plot(one)} > {in_plot(other)} ({len(ids)})"] = (
-            probability_of_improvement(*runs),
+            statistics.probability_of_improvement(*runs),
             ends,
         )
         colours.append(_colour(groups, one))
@@ -414,9 +406,7 @@ def _draw_improvement(groups: Grouped) -> Figure:
 
 
 def _draw_intervals(
-    rows: Mapping[str, tuple[float, tuple[float, float] | None]],
-    colours: Sequence[str],
-    label: str,
+    rows: Mapping[str, tuple[float, tuple[float, float] | None]], colours: Sequence[str], label: str
 ) -> Figure:
     """Values with their intervals where these are known, one under the other, from 0 to 1."""
     figure = _new(7.0, 1.0 + 0.34 * len(rows))

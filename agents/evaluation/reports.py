@@ -1,7 +1,5 @@
 """Evaluation of a policy on unseen starts, and its report."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path

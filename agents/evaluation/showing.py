@@ -1,7 +1,5 @@
 """One episode to look at: as a table, in a window, as a film or a page."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -17,11 +15,10 @@ from rigid_envs.scores.starts import rollout, row_seeds
 from rigid_envs.scores.trained import CompiledPolicy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch import films, window
+from rigid_envs.watch import films, pictures
 from rigid_envs.watch.drawing import Look
-from rigid_envs.watch.replays.episode import Episode
 from rigid_envs.watch.replays.page import write_html
-from rigid_envs.watch.replays.replay import Replay
+from rigid_envs.watch.replays.replay import PastEpisode, Replay
 
 from ..environments import make
 
@@ -117,7 +114,7 @@ def refuse_early(
     Args:
         video: Name of the film.
         html: Name of the page.
-        table: Whether there is to be neither, nor a window.
+        table: Whether there is to be neither, nor a pictures.
         against: Name of a controller.
 
     Raises:
@@ -183,14 +180,14 @@ def show(
         print(f"not shown: {error}", file=sys.stderr)
 
 
-def _window(task: Task, shown: Sequence[tuple[Task, Episode]], title: str) -> bool:
+def _window(task: Task, shown: Sequence[tuple[Task, PastEpisode]], title: str) -> bool:
     """Show episodes in a window; False where there is no display."""
-    return window.has_display() and window.show(
+    return pictures.has_display() and pictures.show(
         lambda: films.episode_pictures(shown, hold=0.0), films.pictures_per_second(task), title
     )
 
 
-def _page(path: Path, env_id: str, task: Task, episodes: Sequence[Episode]) -> Path:
+def _page(path: Path, env_id: str, task: Task, episodes: Sequence[PastEpisode]) -> Path:
     """Write a page of episodes side by side."""
     replay = Replay(env_id, task, tuple(episodes))
     return write_html(path, [(replay, k) for k in range(len(episodes))])

@@ -1,7 +1,5 @@
 """Files of a run: logs, evaluations, checkpoints."""
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import io
@@ -16,15 +14,8 @@ from numpy.typing import NDArray
 from stable_baselines3.common.logger import TensorBoardOutputFormat
 from torch.utils.tensorboard import SummaryWriter
 
+from rigid_envs.base import files
 from rigid_envs.base.checks import exact_array, require
-from rigid_envs.base.files import (
-    DamagedFileError,
-    load_tensors,
-    named_damage,
-    read_arrays,
-    save_tensors,
-    write_atomic,
-)
 
 # Logs that a resumed run continues as if it had never stopped: CSV rows and TensorBoard events.
 
@@ -46,14 +37,18 @@ def check_position(path: Path, position: int, begin: str = "") -> None:
         with open(path, "rb") as file:
             size = file.seek(0, os.SEEK_END)
             if not 0 < position <= size:
-                raise DamagedFileError(f"{path}: {size} bytes; the checkpoint knows of {position}")
+                raise files.DamagedFileError(
+                    f"{path}: {size} bytes; the checkpoint knows of {position}"
+                )
             start = file.seek(max(position - _LONGEST, 0))
             rows = file.read(position - start)
     except OSError as error:
-        raise DamagedFileError(f"{path}: {error.strerror}; the checkpoint knows of it") from None
+        raise files.DamagedFileError(
+            f"{path}: {error.strerror}; the checkpoint knows of it"
+        ) from None
     last = rows.removesuffix(b"\n").rpartition(b"\n")[2]
     if not (rows.endswith(b"\n") and last.startswith(begin.encode())):
-        raise DamagedFileError(
+        raise files.DamagedFileError(
             f"{path}: byte {position} is not behind a row `{begin}...`, as the checkpoint has it"
         )
 
@@ -66,11 +61,7 @@ class CsvLog:
     """
 
     def __init__(
-        self,
-        path: Path,
-        columns: Iterable[str],
-        preamble: str = "",
-        position: int | None = None,
+        self, path: Path, columns: Iterable[str], preamble: str = "", position: int | None = None
     ) -> None:
         """Start a file, or append to one.
 
@@ -160,10 +151,7 @@ class TensorBoardLog(TensorBoardOutputFormat):
         self._is_closed, self._folder = False, folder
 
     def write(  # noqa: D102
-        self,
-        key_values: dict[str, Any],
-        key_excluded: dict[str, tuple[str, ...]],
-        step: int = 0,
+        self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0
     ) -> None:
         try:
             super().write(key_values, key_excluded, step)
@@ -198,7 +186,7 @@ def write_evaluations(path: Path, arrays: Mapping[str, NDArray[Any]]) -> None:
     """
     buffer = io.BytesIO()
     np.savez(buffer, **arrays)  # type: ignore[arg-type]
-    write_atomic(path, buffer.getvalue())
+    files.write_atomic(path, buffer.getvalue())
 
 
 def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
@@ -211,8 +199,8 @@ def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
         DamagedFileError: Anything but that; names the file.
         FileNotFoundError: There is no such file.
     """
-    arrays = read_arrays(path, _LIMIT, _NAMES)
-    with named_damage(path):
+    arrays = files.read_arrays(path, _LIMIT, _NAMES)
+    with files.named_damage(path):
         exact_array(arrays["timesteps"], "timesteps", "k")
         shape = arrays["results"].shape
         for name in _NAMES[1:]:
@@ -252,7 +240,7 @@ def save_newest(folder: Path, timesteps: int, arrays: Arrays, document: dict[str
         document: JSON values.
     """
     folder.mkdir(exist_ok=True)
-    save_tensors(folder / f"{timesteps:015d}.safetensors", arrays, document)
+    files.save_tensors(folder / f"{timesteps:015d}.safetensors", arrays, document)
     for old in sorted(folder.glob("*.safetensors"))[:-_KEPT]:
         old.unlink()
 
@@ -274,19 +262,19 @@ def load_newest(folder: Path, check: Check) -> tuple[Arrays, dict[str, Any], lis
     for path in sorted(folder.glob("*.safetensors"), reverse=True):
         try:
             arrays, document = _load(path, check)
-        except DamagedFileError as error:
+        except files.DamagedFileError as error:
             damaged.append(str(error))
         else:
             return arrays, document, damaged
     if damaged:
-        raise DamagedFileError("; ".join(damaged))
+        raise files.DamagedFileError("; ".join(damaged))
     return None
 
 
 def _load(path: Path, check: Check) -> tuple[Arrays, dict[str, Any]]:
-    arrays, document = load_tensors(path, _SIZE_LIMIT)
+    arrays, document = files.load_tensors(path, _SIZE_LIMIT)
     try:
         check(arrays, document)
-    except DamagedFileError as error:
-        raise DamagedFileError(f"{path}: {error}") from None
+    except files.DamagedFileError as error:
+        raise files.DamagedFileError(f"{path}: {error}") from None
     return arrays, document

@@ -1,7 +1,5 @@
 """Folders of runs: config, lock, manifest."""
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import os
@@ -12,13 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rigid_envs.base import files
 from rigid_envs.base.checks import ConfigError, named_refusal
-from rigid_envs.base.files import (
-    canonical_json,
-    read_json,
-    sync_folder,
-    write_atomic,
-)
 from rigid_envs.engine.provenance import versions
 
 from ..config.entries import Config, config_from, config_to_dict
@@ -40,7 +33,7 @@ def write_config(path: Path, config: Config) -> None:
         config: The config.
     """
     text = dump_yaml(config_to_dict(config))
-    write_atomic(path, f"{_MARK}{_digest(parse_yaml(text))}\n{text}")
+    files.write_atomic(path, f"{_MARK}{_digest(parse_yaml(text))}\n{text}")
 
 
 def read_config(path: Path) -> Config:
@@ -68,7 +61,7 @@ def read_config(path: Path) -> Config:
 def _digest(values: dict[str, Any]) -> str:
     """SHA-256 of the entries, whatever their order and spelling in the file."""
     try:
-        text = canonical_json(values)
+        text = files.canonical_json(values)
     except (TypeError, ValueError):  # NaN: no config has it
         return "none"
     return hashlib.sha256(text.encode()).hexdigest()
@@ -168,7 +161,7 @@ def create_run(config: Config, overwrite: bool = False) -> Run:
         shutil.rmtree(hidden)
         folder = config.folder
         lock = _take_over(folder, overwrite)
-    sync_folder(parent)
+    files.sync_folder(parent)
     return Run(folder, lock, config)
 
 
@@ -265,13 +258,13 @@ def _acquire(folder: Path) -> int:
         os.close(lock)
         raise RunInUseError(f"{folder} is in use by {_owner(path)}") from None
     os.truncate(lock, 0)
-    os.write(lock, canonical_json({"pid": os.getpid(), "host": platform.node()}).encode())
+    os.write(lock, files.canonical_json({"pid": os.getpid(), "host": platform.node()}).encode())
     return lock
 
 
 def _owner(path: Path) -> str:
     try:
-        owner = read_json(path, 4096)
+        owner = files.read_json(path, 4096)
         return f"process {owner['pid']} on {owner['host']}"
     except (OSError, ValueError, LookupError, TypeError):
         return "another process"

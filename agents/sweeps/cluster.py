@@ -4,8 +4,6 @@ All nodes see the folders of this checkout, its virtual environment, runs and re
 paths, as on a cluster with a shared file system: there a training goes on that a dead node left.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Sequence

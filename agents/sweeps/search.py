@@ -1,7 +1,5 @@
 """Search of hyperparameters: Optuna proposes, each trial is a task of Ray, in a process."""
 
-from __future__ import annotations
-
 import csv
 import dataclasses
 import io

@@ -1,7 +1,5 @@
 """The algorithms of Stable-Baselines3 that this application drives."""
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """What is made of a finished training: policy file, record, report."""
 
-from __future__ import annotations
-
 import copy
 import math
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The adapter of a training: its pay, the episodes that ended, its state."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

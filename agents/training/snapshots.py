@@ -1,7 +1,5 @@
 """Snapshots, from which a training goes on to the bit."""
 
-from __future__ import annotations
-
 import math
 import random
 from collections import deque

@@ -1,7 +1,5 @@
 """What a training tells: validation, records, progress."""
 
-from __future__ import annotations
-
 import json
 import sys
 import time

@@ -1,16 +1,15 @@
 """Files: atomic writes, bounded reads, JSON, documents under a digest, arrays by name."""
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import io
 import json
 import math
 import os
+import re
 import stat
 import zipfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, get_args
@@ -522,3 +521,36 @@ def _tensors(header: Mapping[str, Any], numbers: memoryview) -> dict[str, NDArra
     if end != len(numbers):
         raise ValueError(f"{len(numbers)} bytes of numbers; expected {end}")
     return arrays
+
+
+# Text for Markdown and for plots: tables, and what comes from a file shown letter by letter.
+
+
+def in_markdown(text: str) -> str:
+    """A text as a cell of a table: no markup, no link, no HTML, and no end of the cell.
+
+    Args:
+        text: One line; it may come from a file.
+    """
+    return re.sub(r"[\\`*\[\]<>|&~$:]", r"\\\g<0>", text)
+
+
+def in_plot(text: str) -> str:
+    """A text as a label of matplotlib: no formula, which could have errors.
+
+    Args:
+        text: One line; it may come from a file.
+    """
+    return text.replace("$", r"\$")
+
+
+def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]], align: str) -> str:
+    """A table in the dialect of GitHub.
+
+    Args:
+        header: Titles of the columns.
+        rows: Cells, in Markdown, one sequence for each row.
+        align: For each column "<" of words or ">" of numbers.
+    """
+    rules = [{"<": "---", ">": "---:"}[side] for side in align]
+    return "\n".join(f"| {' | '.join(row)} |" for row in (header, rules, *rows))

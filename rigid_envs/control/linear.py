@@ -1,7 +1,5 @@
 """Linear control: Riccati, gains, closed loops, saturation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

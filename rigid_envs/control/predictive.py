@@ -1,7 +1,5 @@
 """Predictive control: by sampling and by optimal control of a model."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol

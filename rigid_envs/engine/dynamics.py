@@ -1,7 +1,5 @@
 """Compiled definition of a physical system, and the loops of its NumPy interface."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass

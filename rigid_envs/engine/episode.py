@@ -1,7 +1,5 @@
 """Definition of a task: functions of one row, compiled into step and reset."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

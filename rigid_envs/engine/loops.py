@@ -34,16 +34,7 @@ from rigid_envs.engine.publication import (
     publish_results,
     stream_of,
 )
-from rigid_envs.engine.rows import (
-    LANES,
-    get,
-    integrate,
-    load,
-    load_single,
-    load_tile,
-    place,
-    put,
-)
+from rigid_envs.engine.rows import LANES, get, integrate, load, load_single, load_tile, place, put
 
 Function = Callable[..., Any]
 

@@ -188,13 +188,7 @@ def observe_features(
 
 @phase
 def complete_observations(
-    disturb: Function,
-    buffer: Buffer,
-    s: Sizes,
-    slots: Slots,
-    base: int,
-    first: int,
-    last: int,
+    disturb: Function, buffer: Buffer, s: Sizes, slots: Slots, base: int, first: int, last: int
 ) -> None:
     """Write what follows the features: attitude, drawn parameters, noise.
 

@@ -276,12 +276,7 @@ store_tile, load_tile = instruction(_store_tile), instruction(_load_tile)
 
 @phase
 def advance_rows(
-    step: Step,
-    prototypes: tuple[Row, Row, Row],
-    buffer: Buffer,
-    base: int,
-    n: int,
-    h: float,
+    step: Step, prototypes: tuple[Row, Row, Row], buffer: Buffer, base: int, n: int, h: float
 ) -> None:
     """Apply ``step(y, u, p, h)`` to the first n rows of a block.
 

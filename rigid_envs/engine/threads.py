@@ -1,7 +1,5 @@
 """Threads that step the rows of a core together."""
 
-from __future__ import annotations
-
 import os
 import platform
 import threading

@@ -1,7 +1,5 @@
 """Gymnasium environments on `rigid_envs.tasks.core`: spaces, seeding, autoreset; no physics."""
 
-from rigid_envs.envs.goal import RigidGoalEnv, RigidGoalVectorEnv
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidGoalEnv, RigidGoalVectorEnv, RigidVectorEnv
 
 __all__ = ["RigidEnv", "RigidGoalEnv", "RigidGoalVectorEnv", "RigidVectorEnv"]

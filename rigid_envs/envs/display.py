@@ -1,7 +1,5 @@
 """Display of an environment: pictures of its rows, or a window that shows them."""
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -9,18 +7,8 @@ from typing import Any
 import gymnasium as gym
 from gymnasium.error import ClosedEnvironmentError, DependencyNotInstalled, ResetNeeded
 
+from rigid_envs.base import settings
 from rigid_envs.base.checks import Image
-from rigid_envs.base.settings import (
-    Either,
-    Integer,
-    List,
-    Null,
-    Number,
-    Rule,
-    Text,
-    checked,
-    refusal,
-)
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.task import Task
 
@@ -43,15 +31,19 @@ def needed(module: str, why: str) -> Any:
 
 
 MODES = ("human", "rgb_array")
-_SIZE = Integer("width or height of a picture in pixels", 16, 8192)
-_ANGLE = Number("angle", "deg", -360.0, 360.0)
-_CAMERA: Mapping[str, Rule] = {
-    "target": List("point in the middle of the picture", Number("", "m", -1e6, 1e6), 3, 3),
-    "distance": Number("from target to camera", "m", 0.0, 1e6, above=True),
+_SIZE = settings.Integer("width or height of a picture in pixels", 16, 8192)
+_ANGLE = settings.Number("angle", "deg", -360.0, 360.0)
+_CAMERA: Mapping[str, settings.Rule] = {
+    "target": settings.List(
+        "point in the middle of the picture", settings.Number("", "m", -1e6, 1e6), 3, 3
+    ),
+    "distance": settings.Number("from target to camera", "m", 0.0, 1e6, above=True),
     "azimuth": _ANGLE,
-    "elevation": Number("above the horizontal plane", "deg", -90.0, 90.0),
-    "field_of_view": Number("vertical angle", "deg", 1.0, 150.0),
-    "follow": Either("part that the camera follows", (Null(), Text("", "a text", bool))),
+    "elevation": settings.Number("above the horizontal plane", "deg", -90.0, 90.0),
+    "field_of_view": settings.Number("vertical angle", "deg", 1.0, 150.0),
+    "follow": settings.Either(
+        "part that the camera follows", (settings.Null(), settings.Text("", "a text", bool))
+    ),
 }
 
 
@@ -71,9 +63,10 @@ class Shown:
     ) -> None:
         """Check and keep the arguments that concern pictures."""
         if mode is not None and not (isinstance(mode, str) and mode in MODES):
-            raise refusal("render_mode", mode, f"None or one of {list(MODES)}")
+            raise settings.refusal("render_mode", mode, f"None or one of {list(MODES)}")
         sizes = {
-            name: checked(name, n, _SIZE) for name, n in (("width", width), ("height", height))
+            name: settings.checked(name, n, _SIZE)
+            for name, n in (("width", width), ("height", height))
         }
         self.render_mode = mode
         self._look = {**sizes, "camera": _checked_camera(camera)}
@@ -108,7 +101,7 @@ class Shown:
         pictures = tuple(self._picture(row) for row in rows)
         if self.render_mode == "rgb_array":
             return pictures
-        watch = importlib.import_module("rigid_envs.watch.window")
+        watch = importlib.import_module("rigid_envs.watch.pictures")
         self._window = self._window or watch.Window(self._name)
         self._window.show(watch.tiled(pictures), frames_per_second(self.task))
         return None
@@ -148,13 +141,15 @@ def frames_per_second(task: Task) -> int:
 
 
 def _checked_camera(camera: Any) -> dict[str, Any]:
-    """Fields of `rigid_envs.watch.scene.Camera`."""
+    """Fields of `rigid_envs.watch.views.Camera`."""
     keys = f"None or a dictionary with some of the keys {list(_CAMERA)}"
     if camera is None:
         return {}
     if not isinstance(camera, Mapping):
-        raise refusal("camera", camera, keys)
+        raise settings.refusal("camera", camera, keys)
     for key in camera:
         if key not in _CAMERA:
-            raise refusal("camera", key, keys)
-    return {key: checked(f"camera.{key}", value, _CAMERA[key]) for key, value in camera.items()}
+            raise settings.refusal("camera", key, keys)
+    return {
+        key: settings.checked(f"camera.{key}", value, _CAMERA[key]) for key, value in camera.items()
+    }

@@ -1,7 +1,5 @@
 """Look-up of registered environments, their arguments, their compilation before use."""
 
-from __future__ import annotations
-
 import dataclasses
 import difflib
 import importlib

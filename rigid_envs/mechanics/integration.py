@@ -50,12 +50,7 @@ class Schedule:
 
 
 def step_schedule(
-    system: System,
-    y: Array,
-    u: Array,
-    dt: Array,
-    max_step: float | None,
-    limit: float = math.inf,
+    system: System, y: Array, u: Array, dt: Array, max_step: float | None, limit: float = math.inf
 ) -> Schedule:
     """Divide intervals dt [s] that begin with the state y into steps.
 

@@ -1,7 +1,5 @@
 """Compiled functions of a system as functions of CasADi."""
 
-from __future__ import annotations
-
 import builtins
 import importlib
 import math

@@ -1,7 +1,5 @@
 """Environments for Stable-Baselines3."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any

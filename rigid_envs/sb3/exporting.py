@@ -1,7 +1,5 @@
 """Models of Stable-Baselines3 as policy files."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict

@@ -5,7 +5,7 @@ known cost b from its start over its own cost c. See `evaluate`.
 """
 
 from rigid_envs.scores.best import Best, best_known
-from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.evaluation import Repeat, evaluate, repeat
 from rigid_envs.scores.policies import (
     PolicyFactory,
     constant_zero,
@@ -17,7 +17,6 @@ from rigid_envs.scores.policies import (
     uniform,
 )
 from rigid_envs.scores.records import read_evaluation
-from rigid_envs.scores.repeating import Repeat, repeat
 from rigid_envs.scores.result import Estimate, Evaluation
 from rigid_envs.scores.starts import METRICS, Cost, metrics_of
 from rigid_envs.scores.statistics import (

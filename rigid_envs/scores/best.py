@@ -1,30 +1,71 @@
-"""Best known costs, and the plans that reach them."""
+"""What a cost is compared with: the best that is known from each start, and limits of theory."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, Literal, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import integer, require
-from rigid_envs.base.files import (
-    checked_values,
-    column,
-    named_damage,
-    read_arrays,
-    read_document,
-    write_arrays,
-    write_document,
-)
+from rigid_envs.base import files
+from rigid_envs.base.checks import Array, integer, require
 from rigid_envs.engine.provenance import KINDS
 from rigid_envs.envs.lookup import full_id
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.scores.policies import PolicyFactory, recorded
 from rigid_envs.scores.starts import TEST_SEED, VERSION
+from rigid_envs.tasks.registry import ENVIRONMENTS, load
+
+# Theoretical limits of metrics: optima and bounds from each start, in closed form.
+
+
+@dataclass(frozen=True)
+class TheoreticalLimit:
+    """Best value of a metric that theory allows.
+
+    Attributes:
+        kind: "exact", the optimum, or a "bound", which may be out of reach.
+        text: Formula or reason.
+        values: Value of every start, shape (N,), of rows that have just begun.
+    """
+
+    kind: Literal["exact", "bound"]
+    text: str
+    values: Callable[[RigidVectorEnv], Array]
+
+
+def least_time(length: Array, acceleration: npt.ArrayLike, speed: npt.ArrayLike) -> Array:
+    """Least time [s] over a length from rest to a speed of at most w: 2 sqrt(A / a) - w / a.
+
+    The speed is ``a t`` at most, and ``w + a t`` at most at the time t before the end; the area
+    under the smaller of the two is ``a (T + w / a)^2 / 4 - w^2 / (2 a)``, so that
+    ``A = length + w^2 / (2 a)``. A length below ``w^2 / (2 a)`` is run through without braking.
+
+    Args:
+        length: Lengths [m or rad], shape (...).
+        acceleration: Largest acceleration a.
+        speed: Largest speed w at the end.
+    """
+    a, w = np.asarray(acceleration, dtype=np.float64), np.asarray(speed, dtype=np.float64)
+    braked = 2.0 * np.sqrt((length + 0.5 * w * w / a) / a) - w / a
+    return np.asarray(np.where(length > 0.5 * w * w / a, braked, np.sqrt(2.0 * length / a)))
+
+
+def _rows(envs: RigidVectorEnv, name: str) -> Array:
+    """A parameter of the system of every row, shape (N,)."""
+    return np.array([getattr(system, name) for system in envs.systems])
+
+
+def limit_of(env_id: str, metric: str) -> TheoreticalLimit | None:
+    """The theoretical limit of a metric of an id; None where none is known."""
+    name = ENVIRONMENTS[env_id].limits.get(metric)
+    limit: TheoreticalLimit | None = None if name is None else load(name)
+    return limit
+
 
 # Best known cost from each start of the evaluation sets: data, one file for each id.
 #
@@ -122,9 +163,9 @@ def read_best(file: Path) -> Best:
     Raises:
         DamagedFileError: Of another format or evaluation set, changed, or not complete.
     """
-    with read_document(file, FORMAT, _LIMIT, "write it anew: rigid-envs best") as data:
-        own = checked_values(data, _KINDS)
-        costs = column(data["costs"], "costs")
+    with files.read_document(file, FORMAT, _LIMIT, "write it anew: rigid-envs best") as data:
+        own = files.checked_values(data, _KINDS)
+        costs = files.column(data["costs"], "costs")
         evaluation_set = _evaluation_set(len(costs))
         require(own["evaluation_set"] == evaluation_set, own["evaluation_set"], "evaluation_set",
                 f"{evaluation_set}, as there are costs")  # fmt: skip
@@ -134,9 +175,9 @@ def read_best(file: Path) -> Best:
         if [name == "" for name in finders] != np.isnan(costs).tolist() or (costs < 0.0).any():
             raise ValueError("costs, finder: expected a cost from 0 and a finder, or neither")
         for summary in own["policies"].values():
-            checked_values(summary, _SUMMARY)
+            files.checked_values(summary, _SUMMARY)
             for name in ("success_rate_95", "efficiency_95"):
-                low, high = column(summary[name], name)
+                low, high = files.column(summary[name], name)
                 require(low <= high, summary[name], name, "an interval")
         return Best(own["env_id"], own["cost"], costs, finders, own["policies"], own["provenance"])
 
@@ -164,7 +205,7 @@ def write_best(file: Path, known: Best) -> None:
         "finder": [finders.index(name) if name else -1 for name in known.finders],
         "costs": [None if np.isnan(cost) else cost for cost in known.costs.tolist()],
     }
-    write_document(file, data)
+    files.write_document(file, data)
 
 
 # Plans as data, one file for each id: what shows that a best known cost can be had.
@@ -229,7 +270,7 @@ def write_plans(file: Path, plans: StoredPlans) -> None:
         plans: The data.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_arrays(file, {"actions": plans.actions, "hold": np.array(plans.hold)})
+    files.write_arrays(file, {"actions": plans.actions, "hold": np.array(plans.hold)})
 
 
 def read_plans(file: Path) -> StoredPlans:
@@ -241,8 +282,8 @@ def read_plans(file: Path) -> StoredPlans:
     Raises:
         DamagedFileError: It holds something else.
     """
-    with named_damage(file, "write it anew: rigid-envs best --plan"):
-        arrays = read_arrays(file, _PLANS_LIMIT, ("actions", "hold"))
+    with files.named_damage(file, "write it anew: rigid-envs best --plan"):
+        arrays = files.read_arrays(file, _PLANS_LIMIT, ("actions", "hold"))
         actions, held = arrays["actions"], cast(Any, arrays["hold"])
         hold = integer(held, "hold", 1)
         if actions.dtype != np.float32 or actions.ndim != 3 or not actions.size:

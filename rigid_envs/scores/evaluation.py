@@ -1,41 +1,36 @@
-"""Evaluation of a policy from the fixed starts."""
-
-from __future__ import annotations
+"""Evaluation of a policy from the fixed starts, and of published ones again."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import gymnasium as gym
 import numpy as np
 
 from rigid_envs.base.checks import Array, ConfigError, integer, printable, require, safe_repr
+from rigid_envs.base.files import file_digest
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import changed, checked_id, full_id, task_of
-from rigid_envs.envs.vector import RigidVectorEnv
-from rigid_envs.scores.policies import PolicyFactory, policy_of
+from rigid_envs.envs.shells import RigidVectorEnv
+from rigid_envs.scores import starts
+from rigid_envs.scores.policies import PolicyFactory, policy_of, untrained_policies
 from rigid_envs.scores.proof import Witness, difference, objection, up_to_date
+from rigid_envs.scores.records import Record, read_evaluation, read_record
 from rigid_envs.scores.result import Evaluation
-from rigid_envs.scores.starts import (
-    N_STARTS,
-    TEST_SEED,
-    Episodes,
-    cost_of,
-    joined,
-    metrics_of,
-    play,
-    row_seeds,
-)
-from rigid_envs.scores.trained import is_trained, load
+from rigid_envs.scores.starts import TEST_SEED
+from rigid_envs.scores.trained import FOLDER, file_of, is_trained, load, published
 from rigid_envs.tasks.registry import ENVIRONMENTS, ErrorTerm
+
+# Evaluation of a policy from the fixed starts.
 
 
 def evaluate(
     env_id: str,
     policy: Any,
     *,
-    n: int = N_STARTS,
-    seed: int = TEST_SEED,
+    n: int = starts.N_STARTS,
+    seed: int = starts.TEST_SEED,
     config: Mapping[str, Any] | None = None,
     env: Any = None,
     name: str | None = None,
@@ -111,7 +106,7 @@ def _evaluation(
         policy=policy.name,
         config=settings,
         seed=seed,
-        cost=cost_of(env_id, task_of(env_id, settings)) if env_id in ENVIRONMENTS else None,
+        cost=starts.cost_of(env_id, task_of(env_id, settings)) if env_id in ENVIRONMENTS else None,
         values={**_values(env_id, episodes, settings), "return": returns},
         provenance=provenance(),
         unranked=unranked,
@@ -119,7 +114,9 @@ def _evaluation(
     return up_to_date(found)
 
 
-def _values(env_id: str, episodes: Episodes, settings: Mapping[str, Any]) -> dict[str, Array]:
+def _values(
+    env_id: str, episodes: starts.Episodes, settings: Mapping[str, Any]
+) -> dict[str, Array]:
     """What is known of episodes in any environment, and the metrics of the id."""
     values = {
         "success": episodes.successes.astype(np.float64),
@@ -130,7 +127,7 @@ def _values(env_id: str, episodes: Episodes, settings: Mapping[str, Any]) -> dic
     if env_id not in ENVIRONMENTS:
         return values
     task = task_of(env_id, settings)
-    return values | {each.name: each.values(episodes, task) for each in metrics_of(env_id)}
+    return values | {each.name: each.values(episodes, task) for each in starts.metrics_of(env_id)}
 
 
 def make_rows(env_id: str, n: int, config: Mapping[str, Any] | None = None) -> RigidVectorEnv:
@@ -237,17 +234,136 @@ def _play(
     limit: int | None,
     witness: Witness,
     progress: Callable[[str], None],
-) -> Episodes:
+) -> starts.Episodes:
     """One episode from each of n starts, as many at a time as there are rows."""
     record = ENVIRONMENTS.get(env_id)
     error: ErrorTerm | None = None if record is None else record.error
     rows, parts = envs.num_envs, []
-    seeds = row_seeds(seed, -(-n // rows) * rows, "test")
+    seeds = starts.row_seeds(seed, -(-n // rows) * rows, "test")
     for k in range(0, len(seeds), rows):
         with witness.watching():
-            part = play(
+            part = starts.play(
                 policy(envs), envs, seeds[k : k + rows], error, progress, limit, witness.told
             )
         parts.append(part)
     given = limit or getattr(_spec(envs), "max_episode_steps", None)
-    return joined(parts, n, given or max(part.limit for part in parts))
+    return starts.joined(parts, n, given or max(part.limit for part in parts))
+
+
+# Published policies evaluated again: every figure must be hit to the last digit.
+
+
+@dataclass(frozen=True, eq=False)
+class Repeat:
+    """Episodes that were played again.
+
+    Attributes:
+        then: What a file says of them, or what is published.
+        now: What came of it now; of `recheck` with a seed, from other starts.
+        differences: Which numbers of which starts differ; empty if none does.
+    """
+
+    then: Evaluation
+    now: Evaluation
+    differences: tuple[str, ...]
+
+
+def published_record(name: str, folder: Path = FOLDER) -> Record:
+    """The record of a published policy.
+
+    Args:
+        name: See `rigid_envs.load`.
+        folder: Where the policies are.
+    """
+    return read_record(file_of(name, folder).with_suffix(".json"))
+
+
+def published_evaluation(name: str, folder: Path = FOLDER) -> Evaluation:
+    """The record of a published policy as an evaluation, beside what is best known now.
+
+    It has success and cost of each start, and neither returns nor other metrics.
+
+    Args:
+        name: See `rigid_envs.load`.
+        folder: Where the policies are.
+    """
+    return up_to_date(published_record(name, folder).evaluation)
+
+
+def recheck(name: str, seed: int | None = None, folder: Path = FOLDER) -> Repeat:
+    """Evaluate a published policy again.
+
+    From the published starts, success and cost of each must be the same, to the last digit. From
+    other ones, the rate of success must lie within the 95 % interval of the published rate.
+
+    Args:
+        name: See `rigid_envs.load`.
+        seed: Seed of other starts; None takes the published ones.
+        folder: Where the policies are.
+    """
+    file, record = file_of(name, folder), published_record(name, folder)
+    then = published_evaluation(name, folder)
+    starts = TEST_SEED if seed is None else seed
+    now = evaluate(then.env_id, load(file), n=then.n, config=then.config, seed=starts)
+    if seed is None:
+        wrong = _differences(then.values, {key: now.values[key] for key in then.values})
+    else:
+        (_, low, high), rate = then.success, now.success.mean
+        expected = f"expected {low:.3f} to {high:.3f}"
+        wrong = [] if low <= rate <= high else [f"success {rate:.3f} of other starts; {expected}"]
+    if file_digest(file) != record.policy_sha256:
+        wrong.append("the record is of another file")
+    return Repeat(then, now, tuple(wrong))
+
+
+# Results in files, played again: every number must be hit to the last digit.
+
+
+def repeat(file: str | Path, policy: str | None = None) -> Repeat:
+    """Play the episodes of a result again: same task, same starts.
+
+    Args:
+        file: From `Evaluation.save` or ``rigid-envs evaluate --out``.
+        policy: Which one to play, see `evaluate`; by default the one that the result names, if
+            it is a controller or published.
+
+    Raises:
+        DamagedFileError: The file is damaged, or its figures do not follow from its starts.
+        FileNotFoundError: No such file.
+        ValueError: The result does not say which policy it is of.
+    """
+    then = read_evaluation(file)
+    chosen = _policy_of(then) if policy is None else policy
+    now = evaluate(then.env_id, chosen, n=then.n, config=dict(then.config), seed=then.seed)
+    return Repeat(then, now, tuple(_differences(then.values, now.values)))
+
+
+def _policy_of(found: Evaluation) -> Any:
+    """The policy that a result names."""
+    if found.policy in untrained_policies(found.env_id):
+        return found.policy
+    for name in published():
+        record = published_record(name)
+        if (record.env_id, record.policy) == (found.env_id, found.policy):
+            return load(name)
+    raise ValueError(
+        f"algo = {found.policy!r}; expected a controller of {found.env_id} or a published policy: "
+        "name the policy, or its file"
+    )
+
+
+def _differences(then: Mapping[str, Array], now: Mapping[str, Array]) -> list[str]:
+    """One line for every quantity that is not the same from every start."""
+    lines = []
+    for name in sorted(then.keys() | now.keys()):
+        old, new = then.get(name), now.get(name)
+        if old is None or new is None:
+            lines.append(f"{name}: only {'now' if old is None else 'then'}")
+        elif not np.array_equal(old, new, equal_nan=True):
+            other = np.flatnonzero((old != new) & ~(np.isnan(old) & np.isnan(new)))
+            first = other[0]
+            lines.append(
+                f"{name}: {len(other)} of {len(old)} starts differ, start {first} first: "
+                f"{old[first]!r} then, {new[first]!r} now"
+            )
+    return lines

@@ -1,7 +1,5 @@
 """How best known costs are found: by what is known, and by a planner."""
 
-from __future__ import annotations
-
 import functools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -85,11 +83,7 @@ RECIPES = {
 """How ids are planned, by the name in the id."""
 
 
-def plan(
-    env_id: str,
-    n: int = N_STARTS,
-    stored: StoredPlans | None = None,
-) -> StoredPlans:
+def plan(env_id: str, n: int = N_STARTS, stored: StoredPlans | None = None) -> StoredPlans:
     """Plan from the starts of the evaluation set.
 
     Args:

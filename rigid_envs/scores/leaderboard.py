@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.base.files import write_atomic
-from rigid_envs.base.text import in_markdown, in_plot, markdown_table
+from rigid_envs.base.files import in_markdown, in_plot, markdown_table, write_atomic
 from rigid_envs.envs.display import needed
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.scores.best import best_known
+from rigid_envs.scores.evaluation import published_evaluation
 from rigid_envs.scores.records import read_results
-from rigid_envs.scores.repeating import published_evaluation
 from rigid_envs.scores.result import Evaluation, rates_of
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION, Cost, cost_of
 from rigid_envs.scores.statistics import interquartile_mean, stratified_bootstrap

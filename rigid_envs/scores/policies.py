@@ -1,7 +1,5 @@
 """What acts: functions, reference controllers, random and recorded actions."""
 
-from __future__ import annotations
-
 import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -20,15 +18,9 @@ from rigid_envs.control.predictive import (
     PredictiveControl,
 )
 from rigid_envs.engine.layout import CLOCK, FLAGS
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.mechanics.system import System
-from rigid_envs.scores.starts import (
-    TEST_SEED,
-    ActionFunction,
-    Observations,
-    SupportsPredict,
-    row_seeds,
-)
+from rigid_envs.scores import starts
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.registry import ENVIRONMENTS, load
 from rigid_envs.tasks.task import Task
@@ -49,7 +41,7 @@ class RandomPolicy:
         self._space, self._rng = action_space, rng
 
     def predict(
-        self, observation: Observations, *, deterministic: bool = True
+        self, observation: starts.Observations, *, deterministic: bool = True
     ) -> tuple[npt.NDArray[Any], None]:
         """Draw an action for each observation.
 
@@ -310,9 +302,7 @@ class SamplingController:
     """
 
     def __init__(
-        self,
-        planner: PathIntegral | CrossEntropyChoices,
-        rng: np.random.Generator,
+        self, planner: PathIntegral | CrossEntropyChoices, rng: np.random.Generator
     ) -> None:
         """Plan nothing yet.
 
@@ -381,10 +371,10 @@ class PolicyFactory:
         name: Who acts.
     """
 
-    make: Callable[[Any], ActionFunction]
+    make: Callable[[Any], starts.ActionFunction]
     name: str = "policy"
 
-    def __call__(self, envs: Any) -> ActionFunction:
+    def __call__(self, envs: Any) -> starts.ActionFunction:
         """The actions in an environment."""
         return self.make(envs)
 
@@ -397,7 +387,7 @@ def from_controller(factory: ControllerFactory, name: str = "controller") -> Pol
         name: Who acts.
     """
 
-    def make(envs: Any) -> ActionFunction:
+    def make(envs: Any) -> starts.ActionFunction:
         rows = _native(envs, name)
         expected = f"'world': {name} acts in the world frame"
         require(rows.task.frame == "world", rows.task.frame, "frame", expected)
@@ -408,7 +398,7 @@ def from_controller(factory: ControllerFactory, name: str = "controller") -> Pol
     return PolicyFactory(make, name)
 
 
-def from_predict(policy: SupportsPredict, name: str = "") -> PolicyFactory:
+def from_predict(policy: starts.SupportsPredict, name: str = "") -> PolicyFactory:
     """A policy of observations that has `predict`, as models of Stable-Baselines3 have.
 
     A memory is passed on, if `predict` takes it; so is the scaling of observations (VecNormalize)
@@ -421,11 +411,11 @@ def from_predict(policy: SupportsPredict, name: str = "") -> PolicyFactory:
     takes = inspect.signature(policy.predict).parameters
     scaled = getattr(policy, "get_vec_normalize_env", lambda: None)()
 
-    def make(envs: Any) -> ActionFunction:
+    def make(envs: Any) -> starts.ActionFunction:
         memory: dict[str, Any] = {"state": None, "episode_start": np.ones(envs.num_envs, bool)}
         memory = {key: value for key, value in memory.items() if key in takes}
 
-        def act(observations: Observations) -> npt.NDArray[Any]:
+        def act(observations: starts.Observations) -> npt.NDArray[Any]:
             seen = observations if scaled is None else scaled.normalize_obs(observations)
             actions, state = policy.predict(seen, deterministic=True, **memory)
             if "state" in memory:
@@ -439,7 +429,7 @@ def from_predict(policy: SupportsPredict, name: str = "") -> PolicyFactory:
     return PolicyFactory(make, name or type(policy).__name__.lower())
 
 
-def from_function(function: ActionFunction, name: str = "") -> PolicyFactory:
+def from_function(function: starts.ActionFunction, name: str = "") -> PolicyFactory:
     """A policy from a function of the observations of all rows, shape (n, ...), to their actions.
 
     Args:
@@ -447,7 +437,7 @@ def from_function(function: ActionFunction, name: str = "") -> PolicyFactory:
         name: Who acts; empty for the name of the function.
     """
 
-    def make(envs: Any) -> ActionFunction:
+    def make(envs: Any) -> starts.ActionFunction:
         kind = envs.single_action_space.dtype
         return lambda seen: _of_all_rows(np.asarray(function(seen), dtype=kind), envs)
 
@@ -462,7 +452,7 @@ def recorded(actions: npt.NDArray[Any], name: str = "recorded") -> PolicyFactory
         name: Who found them.
     """
 
-    def make(envs: Any) -> ActionFunction:
+    def make(envs: Any) -> starts.ActionFunction:
         rows = _native(envs, name)
         if actions.shape[1:] != rows.action_space.shape:
             raise ValueError(
@@ -470,7 +460,7 @@ def recorded(actions: npt.NDArray[Any], name: str = "recorded") -> PolicyFactory
             )
         kind = rows.single_action_space.dtype
 
-        def act(_: Observations) -> npt.NDArray[Any]:
+        def act(_: starts.Observations) -> npt.NDArray[Any]:
             elapsed = rows.get_state()["clock"][:, CLOCK.elapsed].astype(np.int64)
             step = np.minimum(elapsed, len(actions) - 1)
             return np.asarray(actions[step, np.arange(rows.num_envs)], dtype=kind)
@@ -480,22 +470,22 @@ def recorded(actions: npt.NDArray[Any], name: str = "recorded") -> PolicyFactory
     return PolicyFactory(make, name)
 
 
-def uniform(seed: int = TEST_SEED) -> PolicyFactory:
+def uniform(seed: int = starts.TEST_SEED) -> PolicyFactory:
     """The random policy, which draws the same actions in every evaluation.
 
     Args:
         seed: Seed of the starts; the actions are drawn from another stream of it.
     """
 
-    def make(envs: Any) -> ActionFunction:
-        stream = np.random.default_rng(row_seeds(seed, 1, "random policy"))
+    def make(envs: Any) -> starts.ActionFunction:
+        stream = np.random.default_rng(starts.row_seeds(seed, 1, "random policy"))
         draw = RandomPolicy(envs.single_action_space, stream)
         return lambda observations: draw.predict(observations)[0]
 
     return PolicyFactory(make, "random")
 
 
-def _zero(envs: Any) -> ActionFunction:
+def _zero(envs: Any) -> starts.ActionFunction:
     space = envs.action_space
     actions = np.zeros(space.shape, dtype=space.dtype)
     return lambda _: actions.copy()

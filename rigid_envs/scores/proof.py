@@ -1,7 +1,5 @@
 """What a row is ranked by: the standard task, played by the rows that are scored."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -14,23 +12,11 @@ from gymnasium.vector import SyncVectorEnv
 from rigid_envs.base.checks import Array, ConfigError, require
 from rigid_envs.engine.layout import FLAGS
 from rigid_envs.envs.lookup import SEEN, task_of
-from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.envs.spaces import info_numbers
-from rigid_envs.envs.vector import RigidVectorEnv
-from rigid_envs.scores.best import best_known
+from rigid_envs.scores import starts
+from rigid_envs.scores.best import best_known, limit_of
 from rigid_envs.scores.result import Evaluation
-from rigid_envs.scores.starts import (
-    N_STARTS,
-    TEST_SEED,
-    Cost,
-    Episodes,
-    cost_of,
-    entries_of,
-    metrics_of,
-    play,
-    row_seeds,
-)
-from rigid_envs.scores.theory import limit_of
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
@@ -50,7 +36,7 @@ def other_task(env_id: str, config: Mapping[str, Any]) -> str | None:
         config: Hyperparameters of the task.
     """
     task, registered = task_of(env_id, config), task_of(env_id)
-    paid = metrics_of(env_id)[0].name == "loss"
+    paid = starts.metrics_of(env_id)[0].name == "loss"
     for key in config:
         given, expected = getattr(task, key), getattr(registered, key)
         free = key in SEEN or (key.startswith("weight_") and not paid)
@@ -70,10 +56,10 @@ def objection(env_id: str, config: Mapping[str, Any], seed: int, n: int) -> str 
     """
     if env_id not in ENVIRONMENTS:
         return f"env_id = {env_id!r}; expected a registered one"
-    if seed != TEST_SEED:
-        return f"seed = {seed}; expected {TEST_SEED}, of the evaluation set"
-    if n > N_STARTS:
-        return f"n = {n}; expected {N_STARTS} at most, the evaluation set"
+    if seed != starts.TEST_SEED:
+        return f"seed = {seed}; expected {starts.TEST_SEED}, of the evaluation set"
+    if n > starts.N_STARTS:
+        return f"n = {n}; expected {starts.N_STARTS} at most, the evaluation set"
     return other_task(env_id, config)
 
 
@@ -110,11 +96,11 @@ def bounds_of(env_id: str, n: int, seed: int, config: Mapping[str, Any]) -> Arra
         seed: Seed that the starts are drawn from.
         config: Hyperparameters of the task.
     """
-    limit = limit_of(env_id, metrics_of(env_id)[0].name)
+    limit = limit_of(env_id, starts.metrics_of(env_id)[0].name)
     if limit is None:
         return None
     envs = registered_rows(env_id, n, config)
-    envs.reset(seed=row_seeds(seed, n, "test"))
+    envs.reset(seed=starts.row_seeds(seed, n, "test"))
     return limit.values(envs)
 
 
@@ -131,7 +117,7 @@ def up_to_date(found: Evaluation) -> Evaluation:
     env_id, config = found.env_id, found.config
     if env_id not in ENVIRONMENTS:
         return found
-    cost = cost_of(env_id, task_of(env_id, config))
+    cost = starts.cost_of(env_id, task_of(env_id, config))
     require(found.cost == cost, found.cost, "cost", f"{cost}")
     bounds = bounds_of(env_id, found.n, found.seed, config)
     if other_task(env_id, config) is None:
@@ -142,7 +128,7 @@ def up_to_date(found: Evaluation) -> Evaluation:
 
 
 def refuse_impossible(
-    cost: Cost, successes: npt.NDArray[np.bool_], costs: Array, bounds: Array | None
+    cost: starts.Cost, successes: npt.NDArray[np.bool_], costs: Array, bounds: Array | None
 ) -> None:
     """Refuse successes that cost less than theory allows.
 
@@ -230,14 +216,16 @@ class Witness:
     ) -> dict[str, npt.NDArray[Any]]:
         """What the rows published since the last call, whatever infos say; see `entries_of`."""
         if not self.cores:
-            return entries_of(infos, keys, ended)
+            return starts.entries_of(infos, keys, ended)
         pairs = [*zip(self.cores, self._published, strict=True)]
         values = {key: np.concatenate([_entry(*pair, key) for pair in pairs]) for key in keys}
         for published in self._published:
             published.clear()
         return values
 
-    def play_again(self, env_id: str, n: int, seed: int, config: Mapping[str, Any]) -> Episodes:
+    def play_again(
+        self, env_id: str, n: int, seed: int, config: Mapping[str, Any]
+    ) -> starts.Episodes:
         """What comes of the actions in the registered task.
 
         Args:
@@ -255,7 +243,9 @@ class Witness:
                 actions[step, k * first : (k + 1) * first] = each
         given = actions[:, :n]
         steps = iter(given[..., 0].astype(np.int64) if rows.task.n_choices else given)
-        again = play(lambda _: next(steps), rows, row_seeds(seed, n, "test"), record.error)
+        again = starts.play(
+            lambda _: next(steps), rows, starts.row_seeds(seed, n, "test"), record.error
+        )
         return replace(again, limit=limit)
 
 
@@ -283,7 +273,7 @@ def _entry(core: Core, published: Sequence[Published], key: str) -> npt.NDArray[
     return np.asarray(values.sum(axis=0) if key == "cost" else values[-1])
 
 
-def difference(told: Episodes, again: Episodes) -> str | None:
+def difference(told: starts.Episodes, again: starts.Episodes) -> str | None:
     """Where episodes are not what was told of them, in words; None if all are, to the bit.
 
     Args:

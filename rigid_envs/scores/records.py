@@ -1,7 +1,5 @@
 """Records of trained policies, and rows in files."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -12,16 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from rigid_envs.base import files
 from rigid_envs.base.checks import Array, exact_array, require
-from rigid_envs.base.files import (
-    checked_values,
-    column,
-    named_damage,
-    opened,
-    read_document,
-    read_json,
-    write_document,
-)
 from rigid_envs.engine.provenance import KINDS
 from rigid_envs.envs.lookup import id_in_file, task_of
 from rigid_envs.scores.proof import best_of, objection, up_to_date
@@ -156,7 +146,7 @@ def write_record(file: Path, record: Record) -> None:
         "costs": record.costs.tolist(),
     }
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_document(file, data)
+    files.write_document(file, data)
 
 
 def read_record(file: Path) -> Record:
@@ -169,15 +159,20 @@ def read_record(file: Path) -> Record:
         DamagedFileError: Of another format or evaluation set, or not complete.
         FileNotFoundError: No such file.
     """
-    with read_document(file, RECORD_FORMAT, _RECORD_LIMIT, "write it anew from its run") as data:
-        about, own = checked_values(data["evaluation"], _EVALUATION), checked_values(data, _PLAIN)
+    with files.read_document(
+        file, RECORD_FORMAT, _RECORD_LIMIT, "write it anew from its run"
+    ) as data:
+        about, own = (
+            files.checked_values(data["evaluation"], _EVALUATION),
+            files.checked_values(data, _PLAIN),
+        )
         starts = about["version"], about["seed"]
         require(starts == (VERSION, TEST_SEED), starts, "version, seed", f"{VERSION}, {TEST_SEED}")
         costs = exact_array(data["costs"], "costs", "n")
         successes = np.array([{"0": False, "1": True}[won] for won in data["successes"]])
         if not len(costs) == len(successes) == about["starts"]:
             raise ValueError("costs, successes: expected a number and 0 or 1 for each start")
-        n = len(column(own["curve"]["cost_mean"], "cost_mean"))
+        n = len(files.column(own["curve"]["cost_mean"], "cost_mean"))
         exact_array([own["curve"][name] for name in _CURVE], "curve", len(_CURVE), n)
         own["env_id"] = id_in_file(own["env_id"])
         return Record(**own, settings=about["settings"], successes=successes, costs=costs)
@@ -218,7 +213,7 @@ def read_evaluation(path: str | Path, *, anew: bool = False) -> Evaluation:
             follow from the starts.
         FileNotFoundError: No such file.
     """
-    with read_document(Path(path), FORMAT, _LIMIT, _MEND) as row:
+    with files.read_document(Path(path), FORMAT, _LIMIT, _MEND) as row:
         found = evaluation_of(row)
         return up_to_date(found) if anew else found
 
@@ -234,10 +229,10 @@ def read_results(folder: Path) -> list[Evaluation]:
     """
     found = []
     for file in sorted(folder.rglob("*.json")):
-        content = read_json(file, _LIMIT)
+        content = files.read_json(file, _LIMIT)
         if isinstance(content, dict) and _is_row(content):
-            with named_damage(file, _MEND):
-                found.append(up_to_date(evaluation_of(opened(content, FORMAT))))
+            with files.named_damage(file, _MEND):
+                found.append(up_to_date(evaluation_of(files.opened(content, FORMAT))))
     return [each for each in found if each.env_id in ENVIRONMENTS]
 
 
@@ -257,7 +252,7 @@ def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
         KeyError: An entry that is not there.
         ValueError: One that is not what it must be, or figures that do not follow from the starts.
     """
-    own, where = checked_values(row, _KINDS), checked_values(row, KINDS)
+    own, where = files.checked_values(row, _KINDS), files.checked_values(row, KINDS)
     version, n = own["evaluation_version"], row["policy"]["episodes"]
     require(version == VERSION, version, "evaluation_version", str(VERSION))
     starts = {
@@ -306,7 +301,7 @@ def _close(told: Any, value: Any) -> bool:
 
 
 def _of_starts(values: Any, name: str, n: int) -> Array:
-    found = column(values, name)
+    found = files.column(values, name)
     require(len(found) == n, len(found), f"number of {name}", f"{n}, as there are episodes")
     return found
 
@@ -314,6 +309,6 @@ def _of_starts(values: Any, name: str, n: int) -> Array:
 def _cost(entries: list[Any], known: Mapping[str, Array]) -> Cost:
     """The cost of an episode, one of the known quantities."""
     cost = Cost(*entries)
-    checked_values(cost._asdict(), {"name": str, "unit": str, "floor": float})
+    files.checked_values(cost._asdict(), {"name": str, "unit": str, "floor": float})
     require(cost.name in known, cost.name, "cost", f"one of {sorted(known)}")
     return cost

@@ -1,7 +1,5 @@
 """Reference controllers that act on observations."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
@@ -87,11 +85,7 @@ def numbers(task: Task, observation: Any) -> tuple[Array, bool]:
     return np.atleast_2d(seen), seen.ndim == 1
 
 
-def entries(
-    task: Task,
-    *symbols: str,
-    part: GoalPart = "observation",
-) -> Part:
+def entries(task: Task, *symbols: str, part: GoalPart = "observation") -> Part:
     """Reader of entries of an observation by their symbols in `Task.features`.
 
     Args:

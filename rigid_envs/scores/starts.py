@@ -1,7 +1,5 @@
 """The fixed starts, the episodes played from them, and what is measured of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, Protocol

@@ -1,7 +1,5 @@
 """Aggregates of many runs, and their intervals."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 

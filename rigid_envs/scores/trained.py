@@ -1,7 +1,5 @@
 """Trained policies in files: stored, checked, compiled, run without torch."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -11,8 +11,7 @@ from types import ModuleType
 from rigid_envs.mechanics.equations import RollingContact
 from rigid_envs.mechanics.events import Event, crossing, flat, lift_off, slip
 from rigid_envs.mechanics.integration import Trajectory
-from rigid_envs.mechanics.stability import lyapunov_exponents, poincare_section
-from rigid_envs.mechanics.system import System
+from rigid_envs.mechanics.system import System, lyapunov_exponents, poincare_section
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top.system import HeavyTop

@@ -1,7 +1,5 @@
 """Rows of state and clock, reset and step: the only caller of the loops."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace

@@ -1,7 +1,5 @@
 """The reduced frame of a task, and the frames of planar and spinning motion."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace

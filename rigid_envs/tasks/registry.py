@@ -4,8 +4,6 @@ What a table, page, test or score needs beside the task class is read here. Code
 "module:name", so that this module imports nothing.
 """
 
-from __future__ import annotations
-
 import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """State and parameters given to `reset`, checked before anything changes."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Symmetries of tasks: changes of states and actions under which a task is the same."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What all tasks share: the base class, the stability envelope, the layout of rows."""
 
-from __future__ import annotations
-
 import abc
 import itertools
 import math

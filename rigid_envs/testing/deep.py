@@ -79,7 +79,7 @@ def deep_check(
         DeepCheckError: with all findings, each a sentence.
         Exception: whatever making an environment raises.
     """
-    subject = Subject(env_id, kwargs, seed, options or {})
+    subject = Examined(env_id, kwargs, seed, options or {})
     with _generators_kept():
         is_random = subject.spec is not None and bool(subject.spec.nondeterministic)
         findings = list(_attempt(first_episode, subject))
@@ -91,7 +91,7 @@ def deep_check(
 
 
 @dataclass(frozen=True)
-class Subject:
+class Examined:
     """An environment to be checked.
 
     Attributes:
@@ -147,7 +147,7 @@ class Subject:
             return play(env, self.seed, self.actions)
 
 
-Check = Callable[[Subject], Iterator[str]]
+Check = Callable[[Examined], Iterator[str]]
 
 
 def begin(env: Env, seed: int | None) -> Result:
@@ -261,13 +261,13 @@ def _leaves(value: Any) -> list[np.ndarray[Any, Any]]:
 # What reset and step return is of the declared kind, and belongs to the caller.
 
 
-def first_episode(subject: Subject) -> Iterator[str]:
+def first_episode(subject: Examined) -> Iterator[str]:
     """It can be reset, and stepped with actions of its space; else no check has a sense."""
     assert subject.reference
     yield from ()
 
 
-def results_are_of_their_declared_kinds(subject: Subject) -> Iterator[str]:
+def results_are_of_their_declared_kinds(subject: Examined) -> Iterator[str]:
     """Observations are in their space, rewards finite, flags bools, keys of info strings."""
     with subject.open() as env:
         space = env.observation_space
@@ -289,7 +289,7 @@ def results_are_of_their_declared_kinds(subject: Subject) -> Iterator[str]:
                 return
 
 
-def nan_in_an_action_gives_no_nan(subject: Subject) -> Iterator[str]:
+def nan_in_an_action_gives_no_nan(subject: Examined) -> Iterator[str]:
     """NaN in a continuous action is refused, or harmless."""
     with subject.open() as env:
         space = env.action_space
@@ -307,7 +307,7 @@ def nan_in_an_action_gives_no_nan(subject: Subject) -> Iterator[str]:
         )
 
 
-def actions_are_not_changed(subject: Subject) -> Iterator[str]:
+def actions_are_not_changed(subject: Examined) -> Iterator[str]:
     """The caller's action is as it was."""
     with subject.open() as env:
         begin(env, subject.seed)
@@ -321,7 +321,7 @@ def actions_are_not_changed(subject: Subject) -> Iterator[str]:
                 begin(env, None)
 
 
-def options_are_not_changed(subject: Subject) -> Iterator[str]:
+def options_are_not_changed(subject: Examined) -> Iterator[str]:
     """The caller's options are as they were."""
     for options in ({}, subject.options):
         given = copy.deepcopy(options)
@@ -331,7 +331,7 @@ def options_are_not_changed(subject: Subject) -> Iterator[str]:
             yield f"reset changed its argument: {told}"
 
 
-def observations_may_be_written_into(subject: Subject) -> Iterator[str]:
+def observations_may_be_written_into(subject: Examined) -> Iterator[str]:
     """What the caller writes into an observation does not change the environment."""
     found: list[Result] = []
 
@@ -360,7 +360,7 @@ def _is_array_of(space: gym.Space[Any], value: Any) -> bool:
 # How episodes and environments end.
 
 
-def the_time_limit_truncates(subject: Subject) -> Iterator[str]:
+def the_time_limit_truncates(subject: Examined) -> Iterator[str]:
     """An episode that reaches `max_episode_steps` is truncated there, and not terminated."""
     limit = subject.spec and subject.spec.max_episode_steps
     if limit is None:
@@ -382,7 +382,7 @@ def the_time_limit_truncates(subject: Subject) -> Iterator[str]:
         yield f"all episodes are truncated at step {steps.pop()}, expected {limit}"
 
 
-def closing_twice_is_harmless(subject: Subject) -> Iterator[str]:
+def closing_twice_is_harmless(subject: Examined) -> Iterator[str]:
     """An environment that is closed can be closed again."""
     with subject.open() as env:
         begin(env, subject.seed)
@@ -393,7 +393,7 @@ def closing_twice_is_harmless(subject: Subject) -> Iterator[str]:
 # The same seed gives the same episode, and another one another.
 
 
-def same_seed_again(subject: Subject) -> Iterator[str]:
+def same_seed_again(subject: Examined) -> Iterator[str]:
     """A seed gives the same episode again in one instance."""
     with subject.open() as env:
         play(env, subject.seed, subject.actions)
@@ -401,7 +401,7 @@ def same_seed_again(subject: Subject) -> Iterator[str]:
     yield from mismatch(again, subject.reference, "the same seed in the same instance")
 
 
-def same_seed_beside_another_instance(subject: Subject) -> Iterator[str]:
+def same_seed_beside_another_instance(subject: Examined) -> Iterator[str]:
     """A seed gives the same episode in every instance, also where another is stepped in turn."""
     with subject.open() as env, subject.open() as other:
         found = [begin(env, subject.seed)]
@@ -412,7 +412,7 @@ def same_seed_beside_another_instance(subject: Subject) -> Iterator[str]:
     yield from mismatch(found, subject.reference, "with another instance stepped in turn")
 
 
-def same_seed_after_another_episode(subject: Subject) -> Iterator[str]:
+def same_seed_after_another_episode(subject: Examined) -> Iterator[str]:
     """Episodes that were left in their middle, or played to their end, do not change the next."""
     with subject.open() as env:
         for seed, n_steps in ((subject.seed + 1, 7), (subject.seed + 2, 0), (subject.seed, 4)):
@@ -425,7 +425,7 @@ def same_seed_after_another_episode(subject: Subject) -> Iterator[str]:
     yield from mismatch(ended, subject.reference, "after an episode that was played to its end")
 
 
-def global_generators_are_not_used(subject: Subject) -> Iterator[str]:
+def global_generators_are_not_used(subject: Examined) -> Iterator[str]:
     """The state of the global generators does not change an episode."""
     for state in (STRANGE, STRANGE + 1):
         _seed_global(state)
@@ -435,7 +435,7 @@ def global_generators_are_not_used(subject: Subject) -> Iterator[str]:
         yield from mismatch(found, subject.reference, case)
 
 
-def global_generators_are_not_touched(subject: Subject) -> Iterator[str]:
+def global_generators_are_not_touched(subject: Examined) -> Iterator[str]:
     """Reset and step leave the global generators as they are."""
     with subject.open() as env:
         _seed_global(STRANGE)
@@ -447,7 +447,7 @@ def global_generators_are_not_touched(subject: Subject) -> Iterator[str]:
         yield from _touched(before, "steps and resets without a seed")
 
 
-def another_seed_starts_elsewhere(subject: Subject) -> Iterator[str]:
+def another_seed_starts_elsewhere(subject: Examined) -> Iterator[str]:
     """If starts differ without a seed, they differ by their seeds."""
     unseeded = []
     for _ in range(N_SEEDS):
@@ -464,7 +464,7 @@ def another_seed_starts_elsewhere(subject: Subject) -> Iterator[str]:
         )
 
 
-def the_next_episode_goes_on_in_its_stream(subject: Subject) -> Iterator[str]:
+def the_next_episode_goes_on_in_its_stream(subject: Examined) -> Iterator[str]:
     """Episodes that follow a seeded one without a seed are the same, too."""
     with subject.open() as env, subject.open() as other:
         found, expected = (
@@ -474,7 +474,7 @@ def the_next_episode_goes_on_in_its_stream(subject: Subject) -> Iterator[str]:
     yield from mismatch(found, expected, "resets without a seed after the same seed")
 
 
-def seed_alone_decides_when_the_action_space_is_seeded(subject: Subject) -> Iterator[str]:
+def seed_alone_decides_when_the_action_space_is_seeded(subject: Examined) -> Iterator[str]:
     """The environment does not draw from its action space."""
     with subject.open() as env, subject.open() as other:
         for each in (env, other):
@@ -530,7 +530,7 @@ def _touched(before: dict[str, Any], by: str) -> Iterator[str]:
 # Copies and pictures are of the same episode.
 
 
-def copies_go_on_alike(subject: Subject) -> Iterator[str]:
+def copies_go_on_alike(subject: Examined) -> Iterator[str]:
     """A deep copy and a pickle go on as the original, and do not change it."""
     half = len(subject.actions) // 2
     first, second = subject.actions[:half], subject.actions[half:]
@@ -558,7 +558,7 @@ def copies_go_on_alike(subject: Subject) -> Iterator[str]:
         yield from mismatch(original, expected, f"the original after {name} at step {half}")
 
 
-def pictures_are_rgb_arrays_and_change_nothing(subject: Subject) -> Iterator[str]:
+def pictures_are_rgb_arrays_and_change_nothing(subject: Examined) -> Iterator[str]:
     """``render_mode="rgb_array"`` gives uint8 (h, w, 3), and the same episode."""
     if not _draws(subject):
         return
@@ -575,7 +575,7 @@ def pictures_are_rgb_arrays_and_change_nothing(subject: Subject) -> Iterator[str
     yield from mismatch(found, subject.reference, "with render() in between")
 
 
-def _draws(subject: Subject) -> bool:
+def _draws(subject: Examined) -> bool:
     """Whether pictures are offered, and can be made here: packages and drivers may be missing."""
     with subject.open() as env:
         modes = env.metadata.get("render_modes") or ()
@@ -621,7 +621,7 @@ STRICT: tuple[Check, ...] = (
 """What good environments do, and some of Gymnasium's own do not."""
 
 
-def _attempt(check: Check, subject: Subject) -> Iterator[str]:
+def _attempt(check: Check, subject: Examined) -> Iterator[str]:
     """Findings of a check; an exception is one too."""
     try:
         for told in islice(check(subject), _FINDINGS_OF_A_CHECK):

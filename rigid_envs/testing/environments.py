@@ -12,8 +12,7 @@ import pytest
 
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.envs import lookup
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.mechanics.equations import RollingContact
 from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.registry import ENVIRONMENTS

@@ -14,9 +14,7 @@ from gymnasium.utils.env_checker import check_env
 from numpy.testing import assert_equal
 
 from rigid_envs.engine.layout import CLOCK
-from rigid_envs.envs.goal import RigidGoalEnv, RigidGoalVectorEnv
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidGoalEnv, RigidGoalVectorEnv, RigidVectorEnv
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     GOALS,
@@ -34,7 +32,7 @@ from rigid_envs.testing.environments import (
     vector,
     weights,
 )
-from rigid_envs.watch.window import Window
+from rigid_envs.watch.pictures import Window
 
 # Ids are made and described as Gymnasium does it, and pass the checkers that others use.
 

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.symmetry import Point
 from rigid_envs.tasks.task import Rolling, Task

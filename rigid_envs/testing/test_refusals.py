@@ -19,8 +19,7 @@ from hypothesis import strategies as st
 
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.settings import Choice, Flag, Integer
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.task import Task
 from rigid_envs.testing.environments import (

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pytest
 
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.mechanics import rotations
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (

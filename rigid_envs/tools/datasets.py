@@ -1,7 +1,5 @@
 """Episodes of policies as Minari data sets, and their check."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import os
@@ -24,8 +22,8 @@ from rigid_envs.base.files import DamagedFileError, file_digest
 from rigid_envs.engine.compiler import kernel_hash
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import SEEN, changed, checked_id, id_in_file, task_of
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.envs.spaces import action_space
-from rigid_envs.envs.vector import RigidVectorEnv
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.policies import (

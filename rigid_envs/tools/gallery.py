@@ -10,22 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from rigid_envs.base.files import write_atomic
-from rigid_envs.base.text import markdown_table
+from rigid_envs.base.files import markdown_table, write_atomic
 from rigid_envs.engine.provenance import provenance, versions
 from rigid_envs.scores.leaderboard import file_of
 from rigid_envs.systems import modules_of_all
 from rigid_envs.tools.motions import motion_of
 from rigid_envs.tools.pages.films import sources_hash
-from rigid_envs.watch.figures import (
-    MUTED,
-    STYLE,
-    Exhibit,
-    Match,
-    lay_out,
-    new_figure,
-    require_matplotlib,
-)
+from rigid_envs.watch import figures
 from rigid_envs.watch.replays.page import write_html
 
 if TYPE_CHECKING:
@@ -38,11 +29,11 @@ if TYPE_CHECKING:
 # numbers. `rigid-envs gallery` writes them as PNG and SVG. matplotlib, of the extra `render`, is
 # imported when a figure is drawn.
 
-FIGURES: dict[str, Exhibit] = {
+FIGURES: dict[str, figures.Exhibit] = {
     name: entry
-    for figures in modules_of_all("figures")
-    for name, entry in vars(figures).items()
-    if isinstance(entry, Exhibit)
+    for module in modules_of_all("figures")
+    for name, entry in vars(module).items()
+    if isinstance(entry, figures.Exhibit)
 }
 """All figures by name, in the order of the page."""
 
@@ -64,13 +55,13 @@ class Made:
         numbers: what the figure shows, the main one first.
     """
 
-    entry: Exhibit
+    entry: figures.Exhibit
     png: bytes
     svg: bytes
-    numbers: tuple[Match, ...]
+    numbers: tuple[figures.Match, ...]
 
 
-def make(entry: Exhibit, *, svg: bool = True) -> Made:
+def make(entry: figures.Exhibit, *, svg: bool = True) -> Made:
     """Draw a figure, with its title above and its numbers below.
 
     Args:
@@ -80,28 +71,30 @@ def make(entry: Exhibit, *, svg: bool = True) -> Made:
     Raises:
         DependencyNotInstalled: matplotlib is missing.
     """
-    require_matplotlib()
+    figures.require_matplotlib()
     from matplotlib import rc_context
 
-    with rc_context(cast(Any, STYLE)):
+    with rc_context(cast(Any, figures.STYLE)):
         figure, numbers = compose(entry)
         vector = file_of(figure, "svg", _SVG) if svg else b""
         return Made(entry, file_of(figure, "png", _PNG), vector, numbers)
 
 
-def compose(entry: Exhibit) -> tuple[Figure, tuple[Match, ...]]:
+def compose(entry: figures.Exhibit) -> tuple[Figure, tuple[figures.Match, ...]]:
     """A figure with all that belongs to it, not yet a picture, and its numbers.
 
     Args:
         entry: of the registry.
     """
-    figure = new_figure(entry.size)
+    figure = figures.new_figure(entry.size)
     numbers = entry.draw(figure)
     _title_and_numbers(figure, entry, numbers)
     return figure, numbers
 
 
-def _title_and_numbers(figure: Figure, entry: Exhibit, numbers: tuple[Match, ...]) -> None:
+def _title_and_numbers(
+    figure: Figure, entry: figures.Exhibit, numbers: tuple[figures.Match, ...]
+) -> None:
     """Title on top; at the bottom the legend of the figure, if it has one, and the numbers."""
     height = entry.size[1]
     figure.text(
@@ -110,7 +103,7 @@ def _title_and_numbers(figure: Figure, entry: Exhibit, numbers: tuple[Match, ...
     )  # fmt: skip
     figure.text(
         0.014, 0.09 / height, "\n".join(map(str, numbers)),
-        va="bottom", fontsize=8.5, color=MUTED, linespacing=1.35, in_layout=False,
+        va="bottom", fontsize=8.5, color=figures.MUTED, linespacing=1.35, in_layout=False,
     )  # fmt: skip
     below = 0.14 + 0.165 * len(numbers)
     for legend in figure.legends:
@@ -118,7 +111,7 @@ def _title_and_numbers(figure: Figure, entry: Exhibit, numbers: tuple[Match, ...
         legend.set_loc("lower center")
         legend.set_bbox_to_anchor((0.5, below / height))
         below += 0.07 + 0.2 * math.ceil(len(legend.get_texts()) / legend._ncols)  # type: ignore[attr-defined]
-    lay_out(figure, below, 0.38)
+    figures.lay_out(figure, below, 0.38)
 
 
 # The page of the gallery, in Markdown, from the data of the figures.
@@ -146,12 +139,12 @@ def page(document: Mapping[str, Any], folder: str) -> str:
         document: content of `figures.json`.
         folder: of the pictures, as seen from the page.
     """
-    figures = document["figures"]
+    shown = document["figures"]
     data = f"Versions, machine and commit are in [figures.json]({folder}/figures.json)."
     parts = [_HEADING, "# Gallery", *_INTRODUCTION, data]
     parts.append(f"![All figures of this page, small]({folder}/{SHEET})")
-    parts += ["\n".join(_contents(figure) for figure in figures)]
-    for figure in figures:
+    parts += ["\n".join(_contents(figure) for figure in shown)]
+    for figure in shown:
         parts += _section(figure, folder)
     return "\n\n".join(parts) + "\n"
 
@@ -239,7 +232,9 @@ SOURCES = ("tools/gallery.py", "watch/figures.py", "systems/*/figures.py")
 
 
 def write_figures(
-    folder: Path, entries: Sequence[Exhibit], progress: Callable[[str], None] = lambda _: None
+    folder: Path,
+    entries: Sequence[figures.Exhibit],
+    progress: Callable[[str], None] = lambda _: None,
 ) -> list[Made]:
     """Draw figures into a folder: NAME.png, NAME.svg, and what they show in `figures.json`.
 

@@ -1,7 +1,5 @@
 """Motions of the gallery as replays."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -15,8 +13,7 @@ from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.systems.heavy_top import closed_forms as theory
 from rigid_envs.systems.heavy_top.figures import PARAMETERS, TOP, start
 from rigid_envs.watch.films import play_episode
-from rigid_envs.watch.replays.episode import Episode, play_again
-from rigid_envs.watch.replays.replay import Replay
+from rigid_envs.watch.replays.replay import PastEpisode, Replay, play_again
 
 _BODY, _TOP = "RigidEnvs/IntermediateAxis-v0", "RigidEnvs/SleepingTop-v0"
 _BALL, _TABLE = "RigidEnvs/BallPark-v0", "RigidEnvs/BallParkDynamic-v0"
@@ -41,7 +38,7 @@ def _played(
 ) -> Replay:
     """Episodes from given states, by label, all under the same actions, shape (T, n_action)."""
     env: Any = gym.make(env_id, **(config or {})).unwrapped
-    episodes: list[Episode] = []
+    episodes: list[PastEpisode] = []
     for label, state in states.items():
         env.reset(seed=0, options={"state": state})
         episodes.append(play_again(env.task, env.get_state(), actions, label))

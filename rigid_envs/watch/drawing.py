@@ -15,11 +15,10 @@ from rigid_envs.base.checks import Array, Image
 from rigid_envs.mechanics import rotations
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch.lettering import write
-from rigid_envs.watch.meshes import arrow_head, arrow_shaft, chequers
+from rigid_envs.watch.meshes import Color, Mesh, arrow_head, arrow_shaft
 from rigid_envs.watch.panda import SOLID, geometry, library, picture_of, strip, transform
-from rigid_envs.watch.scene import Arrow, Arrows, Floor, Part, Pose, Trace, from_z
-from rigid_envs.watch.views import View, view_of
+from rigid_envs.watch.pictures import write
+from rigid_envs.watch.views import Arrow, Arrows, Floor, Part, Pose, Trace, View, from_z, view_of
 
 # Pictures of one episode.
 
@@ -163,7 +162,7 @@ class Drawing:
 
     def _add_floor(self, floor: Floor) -> None:
         core = library()
-        node = self._root.attachNewNode(geometry(chequers(floor, _SKY)))
+        node = self._root.attachNewNode(geometry(_chequers(floor, _SKY)))
         node.setLightOff()
         node.setBin("background", 0)
         node.setAttrib(core.ShadeModelAttrib.make(core.ShadeModelAttrib.MFlat))
@@ -330,3 +329,29 @@ def _cross(a: Array, b: Array) -> Array:
     """Products a x b of rows, shape (n, 3); faster than NumPy's."""
     one, two = (1, 2, 0), (2, 0, 1)
     return np.asarray(a[:, one] * b[:, two] - a[:, two] * b[:, one])
+
+
+# The floor.
+
+
+@functools.lru_cache(maxsize=32)
+def _chequers(floor: Floor, horizon: Color) -> Mesh:
+    """Cells of a floor; towards the edge their colours turn into that of the horizon."""
+    n = max(2, round(floor.size / floor.cell))
+    edges = floor.cell * (np.arange(n + 1) - n / 2)
+    x, y = (grid.ravel() for grid in np.meshgrid(edges[:-1], edges[:-1], indexing="ij"))
+    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) * floor.cell
+    level = np.stack([x, y], axis=-1)[:, None] + corners
+    i, j = np.divmod(np.arange(n * n), n)
+    colors = np.array(floor.colors)[(i + j) % 2][:, None]
+    far = np.clip(np.linalg.norm(level, axis=-1, keepdims=True) / (0.5 * floor.size), 0.0, 1.0)
+    shades = colors + far**2 * (np.array(horizon) - colors)
+    vertices = np.concatenate([level, np.full((n * n, 4, 1), floor.height)], axis=-1)
+    first = 4 * np.arange(n * n)[:, None]
+    triangles = np.concatenate([first + np.array((0, 1, 2)), first + np.array((0, 2, 3))])
+    return Mesh(
+        vertices.reshape(-1, 3).astype(np.float32),
+        np.tile(np.array((0.0, 0.0, 1.0), dtype=np.float32), (4 * n * n, 1)),
+        np.round(255 * shades).astype(np.uint8).reshape(-1, 3),
+        triangles.astype(np.int32),
+    )

@@ -1,17 +1,36 @@
-"""Meshes of the scene."""
-
-from __future__ import annotations
+"""Meshes: simple solids, colours, and what several views show."""
 
 import functools
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
-from rigid_envs.watch.scene import Color, Floor, Mesh
+
+Color = tuple[float, float, float]
+"""Red, green and blue in [0, 1], sRGB."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """Triangles with a normal and a colour at every vertex.
+
+    Attributes:
+        vertices: positions in the axes of the part [m], float32 (V, 3).
+        normals: outward unit normals, float32 (V, 3).
+        colors: sRGB, uint8 (V, 3).
+        triangles: vertex indices, counter-clockwise seen from outside, int32 (T, 3).
+    """
+
+    vertices: npt.NDArray[np.float32]
+    normals: npt.NDArray[np.float32]
+    colors: npt.NDArray[np.uint8]
+    triangles: npt.NDArray[np.int32]
+
 
 # Meshes of simple solids, and how to join, move and colour them.
 #
@@ -364,7 +383,7 @@ def mark(width: float) -> Mesh:
     return moved(box((0.16, 0.12, width), [RED]), (0.0, 0.945, 0.0))
 
 
-# Meshes that a drawing adds to a scene: floor, shaft and head of an arrow.
+# Shaft and head of an arrow.
 
 
 @functools.cache
@@ -384,26 +403,3 @@ def _mantle(top: float, slope: float) -> Mesh:
     around, up = circle(17), np.array([0.0, 0.0, 1.0])
     outward = around + slope * up
     return grid([0.5 * around, top * around + up], [outward, outward], (1.0, 1.0, 1.0))
-
-
-@functools.lru_cache(maxsize=32)
-def chequers(floor: Floor, horizon: Color) -> Mesh:
-    """Cells of a floor; towards the edge their colours turn into that of the horizon."""
-    n = max(2, round(floor.size / floor.cell))
-    edges = floor.cell * (np.arange(n + 1) - n / 2)
-    x, y = (grid.ravel() for grid in np.meshgrid(edges[:-1], edges[:-1], indexing="ij"))
-    corners = np.array([(0, 0), (1, 0), (1, 1), (0, 1)]) * floor.cell
-    level = np.stack([x, y], axis=-1)[:, None] + corners
-    i, j = np.divmod(np.arange(n * n), n)
-    colors = np.array(floor.colors)[(i + j) % 2][:, None]
-    far = np.clip(np.linalg.norm(level, axis=-1, keepdims=True) / (0.5 * floor.size), 0.0, 1.0)
-    shades = colors + far**2 * (np.array(horizon) - colors)
-    vertices = np.concatenate([level, np.full((n * n, 4, 1), floor.height)], axis=-1)
-    first = 4 * np.arange(n * n)[:, None]
-    triangles = np.concatenate([first + np.array((0, 1, 2)), first + np.array((0, 2, 3))])
-    return Mesh(
-        vertices.reshape(-1, 3).astype(np.float32),
-        np.tile(np.array((0.0, 0.0, 1.0), dtype=np.float32), (4 * n * n, 1)),
-        np.round(255 * shades).astype(np.uint8).reshape(-1, 3),
-        triangles.astype(np.int32),
-    )

@@ -1,7 +1,5 @@
 """The renderer: Panda3D without a display."""
 
-from __future__ import annotations
-
 import ctypes
 import functools
 import os
@@ -17,8 +15,9 @@ from gymnasium.error import DependencyNotInstalled
 from rigid_envs.base.checks import Image
 from rigid_envs.engine.compiler import kernel
 from rigid_envs.envs.display import needed
-from rigid_envs.watch.lettering import pillow
-from rigid_envs.watch.scene import Color, Mesh, Pose
+from rigid_envs.watch.meshes import Color, Mesh
+from rigid_envs.watch.pictures import pillow
+from rigid_envs.watch.views import Pose
 
 # Software display of Panda3D: needs no OpenGL, no display server and no system package.
 

@@ -236,7 +236,7 @@ WORK = {  # of the verbs that tell progress: what does it, and what it gives; No
     "verify row.json": None,
     "gallery racket --out .": ("rigid_envs.tools.gallery.write_figures", []),
     "films . --ids BallGrid": ("rigid_envs.tools.cli.watching.write_films", None),
-    "frames --ids BallGrid": ("rigid_envs.tools.bench.frames.frame_times", []),
+    "frames --ids BallGrid": ("rigid_envs.tools.bench.figures.frame_times", []),
     "compile BallGrid": ("rigid_envs.envs.lookup.compile_all", [("BallGrid step", True)]),
 }
 

@@ -14,7 +14,7 @@ import pytest
 
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.mechanics.laws import Outcome, Subject
-from rigid_envs.scores import repeating as published
+from rigid_envs.scores import evaluation as published
 from rigid_envs.scores import trained as loading
 from rigid_envs.scores.records import Record, write_record
 from rigid_envs.scores.trained import FOLDER, read_policy, write_policy

@@ -14,8 +14,7 @@ import minari
 import numpy as np
 import pytest
 
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.starts import evaluation_seeds
 from rigid_envs.scores.trained import FOLDER

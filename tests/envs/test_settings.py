@@ -12,8 +12,7 @@ import pytest
 
 import rigid_envs
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task

@@ -15,9 +15,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.envs.goal import RigidGoalEnv, RigidGoalVectorEnv
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidGoalEnv, RigidGoalVectorEnv, RigidVectorEnv
 from rigid_envs.sb3.adapter import GymnasiumVecEnv
 from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.registry import ENVIRONMENTS

@@ -23,8 +23,8 @@ from rigid_envs.watch.films import (
     pictures_per_second,
     play_episode,
 )
-from rigid_envs.watch.replays.episode import Episode, moment_at
-from rigid_envs.watch.window import show
+from rigid_envs.watch.pictures import show
+from rigid_envs.watch.replays.replay import PastEpisode, moment_at
 from tests.fixtures import Patch
 
 pygame: Any = pytest.importorskip("pygame")
@@ -71,7 +71,7 @@ def test_speed_and_rate_change_the_number_of_pictures() -> None:
 def test_pictures_are_of_the_times_at_which_they_are_shown(monkeypatch: Patch) -> None:
     times: list[float] = []
 
-    def noted(task: Task, episode: Episode, time: float) -> Moment:
+    def noted(task: Task, episode: PastEpisode, time: float) -> Moment:
         times.append(time)
         return moment_at(task, episode, time)
 

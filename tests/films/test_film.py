@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.watch import animation
+from rigid_envs.watch import films
 from rigid_envs.watch.films import SUFFIXES, checked_film, write_film
-from rigid_envs.watch.lettering import pillow
+from rigid_envs.watch.pictures import pillow
 from tests.fixtures import Capture, Patch
 from tests.programs import printed
 
@@ -141,7 +141,7 @@ def test_a_gif_alone_leaves_pictures_out_above_50_a_second(
 
 
 def test_each_level_of_quality_has_fewer_pixels_a_second_than_the_one_before() -> None:
-    sizes = [level.scale**2 * level.fps for level in animation._LEVELS]
+    sizes = [level.scale**2 * level.fps for level in films._LEVELS]
     assert sizes == sorted(set(sizes), reverse=True)  # it is searched by bisection
 
 

@@ -15,6 +15,7 @@ from markdown_it import MarkdownIt
 
 import rigid_envs
 from rigid_envs.base.files import DamagedFileError, write_document
+from rigid_envs.scores.evaluation import published_record
 from rigid_envs.scores.leaderboard import (
     Row,
     draw,
@@ -27,7 +28,6 @@ from rigid_envs.scores.leaderboard import (
     write_leaderboard,
 )
 from rigid_envs.scores.records import evaluation_of, read_evaluation, read_results
-from rigid_envs.scores.repeating import published_record
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS

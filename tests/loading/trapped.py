@@ -23,9 +23,8 @@ from agents.cli.command_line import main as agents
 from agents.config.reading import dump_yaml
 from agents.config.search import read_search
 from rigid_envs.base.files import digest, read_arrays, sealed, write_arrays
-from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.evaluation import evaluate, recheck, repeat
 from rigid_envs.scores.records import read_evaluation, read_records
-from rigid_envs.scores.repeating import recheck, repeat
 from rigid_envs.scores.trained import FOLDER, read_policy, write_policy
 from rigid_envs.tools.cli import main as command
 from rigid_envs.watch.replays.replay import load_replay

@@ -8,7 +8,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 from rigid_envs.mechanics.events import Event, crossing, flat, lift_off, slip
-from rigid_envs.mechanics.stability import lyapunov_exponents, poincare_section
+from rigid_envs.mechanics.system import lyapunov_exponents, poincare_section
 from rigid_envs.systems.free_body import closed_forms as free_body
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top import closed_forms as heavy_top

@@ -66,7 +66,7 @@ ROOMS = {
         ("systems/*/references.py",), ("tests/references", "tests/scores", "tests/control/planning")
     ),
     "replays": Room(("watch/replays/*.py",), ("tests/replays",)),
-    "films": Room(("watch/films.py", "watch/animation.py"), ("tests/films",)),
+    "films": Room(("watch/films.py",), ("tests/films",)),
     "datasets": Room(("tools/datasets.py",), ("tests/datasets",)),
     "sb3": Room(("sb3/*.py",), ("tests/sb3",)),
     "cli": Room(

@@ -9,12 +9,11 @@ import gymnasium as gym
 import numpy as np
 import pytest
 
+from rigid_envs.scores.best import limit_of
 from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.policies import untrained_policy
-from rigid_envs.scores.theory import limit_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.watch.play.game import Game
-from rigid_envs.watch.play.loop import GameWindow, Status, board_height, page, play
+from rigid_envs.watch.play.game import Game, GameWindow, Status, board_height, page, play
 from rigid_envs.watch.replays.replay import load_replay
 from tests.fixtures import Patch
 

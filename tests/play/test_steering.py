@@ -154,7 +154,7 @@ def test_keys_are_told_without_a_display(capsys: Capture) -> None:
 def test_what_is_played_is_saved(tmp_path: Path, monkeypatch: Patch, capsys: Capture) -> None:
     pygame = pytest.importorskip("pygame")
     pytest.importorskip("panda3d")
-    from rigid_envs.watch.play.loop import GameWindow
+    from rigid_envs.watch.play.game import GameWindow
 
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     turn = GameWindow.turn

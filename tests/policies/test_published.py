@@ -18,7 +18,7 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError, save_tensors
 from rigid_envs.engine.provenance import commit
 from rigid_envs.scores import trained as loading
-from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.evaluation import evaluate, published_evaluation, published_record, recheck
 from rigid_envs.scores.records import (
     read_evaluation,
     read_record,
@@ -26,7 +26,6 @@ from rigid_envs.scores.records import (
     record_file,
     write_record,
 )
-from rigid_envs.scores.repeating import published_evaluation, published_record, recheck
 from rigid_envs.scores.trained import FOLDER, CompiledPolicy, load, published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
@@ -361,7 +360,7 @@ def test_a_rate_at_the_end_of_the_published_interval_is_within_it(
     for rate, held in ((1.0, True), (0.9, False)):
         success = {"success": (np.arange(500) < 500 * rate).astype(np.float64)}
         found = replace(like, values={**like.values, **success})
-        monkeypatch.setattr("rigid_envs.scores.repeating.evaluate", lambda *a, f=found, **k: f)
+        monkeypatch.setattr("rigid_envs.scores.evaluation.evaluate", lambda *a, f=found, **k: f)
         assert (recheck(name, OTHER_SEED, tmp_path).differences == ()) == held
 
 

@@ -226,7 +226,7 @@ def test_to_close_an_environment_closes_its_window_once(n, monkeypatch):
         def close(self):
             calls.append("close")
 
-    monkeypatch.setattr("rigid_envs.watch.window.Window", Window)
+    monkeypatch.setattr("rigid_envs.watch.pictures.Window", Window)
     options = {"render_mode": "human", "width": 64, "height": 32}
     env = gym.make_vec(PARK, num_envs=n, **options) if n else gym.make(PARK, **options)
     env.reset(seed=0)

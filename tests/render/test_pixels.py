@@ -13,8 +13,8 @@ from rigid_envs.watch import meshes
 from rigid_envs.watch.drawing import Drawing, Look
 from rigid_envs.watch.meshes import ball as ball_of_one_colour
 from rigid_envs.watch.meshes import octants
-from rigid_envs.watch.scene import Arrow, Camera, Floor, Mesh, Part, Pose, Scene, SceneFrame, Trace
-from rigid_envs.watch.window import tiled
+from rigid_envs.watch.pictures import tiled
+from rigid_envs.watch.views import Arrow, Camera, Floor, Mesh, Part, Pose, Scene, SceneFrame, Trace
 from tests.from_pages.attitudes import matrix
 
 GREY = (0.5, 0.5, 0.5)
@@ -45,7 +45,7 @@ SHAPES = {
     name: shape
     for room in (meshes, *VIEWS)
     for name, shape in vars(room).items()
-    if hasattr(shape, "cache_info") and shape.__module__ == room.__name__ and name != "chequers"
+    if hasattr(shape, "cache_info") and shape.__module__ == room.__name__
 }
 OPEN = {"arrow_head", "arrow_shaft", "edge_ring", "goal_cone", "goal_ring"}
 

@@ -34,8 +34,7 @@ from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch.scene import Pose, SceneFrame
-from rigid_envs.watch.views import GenericView, View, view_class, view_of
+from rigid_envs.watch.views import GenericView, Pose, SceneFrame, View, view_class, view_of
 from tests.from_pages.attitudes import matrix
 
 Q = np.array([0.4, -0.2, 0.7, 0.5]) / math.sqrt(0.94)  # no symmetry

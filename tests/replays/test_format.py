@@ -15,9 +15,8 @@ from rigid_envs.base.files import DamagedFileError, digest, read_arrays, write_a
 from rigid_envs.scores.best import best_known
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import in_full
-from rigid_envs.watch.replays.episode import play_again, same_bits
 from rigid_envs.watch.replays.recording import RecordReplay, RecordRows
-from rigid_envs.watch.replays.replay import load_replay
+from rigid_envs.watch.replays.replay import load_replay, play_again, same_bits
 from tests.fixtures import Patch
 from tests.replays.examples import recorded
 

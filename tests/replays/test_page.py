@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigid_envs.watch.replays.page import MOST_BYTES, html, write_html
-from rigid_envs.watch.replays.panels import conservation_errors
+from rigid_envs.watch.replays.page import MOST_BYTES, conservation_errors, html, write_html
 from rigid_envs.watch.replays.replay import load_replay
 from tests.replays.examples import free_body, rolling_ball
 

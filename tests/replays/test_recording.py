@@ -11,16 +11,14 @@ import pytest
 from gymnasium.vector import AutoresetMode
 
 from rigid_envs.envs.lookup import task_of
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import break_physics
 from rigid_envs.tools.cli import main
-from rigid_envs.watch.replays.episode import play_again, same_bits
 from rigid_envs.watch.replays.recording import RecordReplay, RecordRows, record_starts
-from rigid_envs.watch.replays.replay import Replay, id_of, load_replay
+from rigid_envs.watch.replays.replay import Replay, id_of, load_replay, play_again, same_bits
 from tests.fixtures import Capture, Patch
 from tests.replays.examples import free_body, rolling_ball
 

@@ -15,11 +15,17 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch.replays.episode import Episode, moment_at, moments, play_again
-from rigid_envs.watch.replays.page import Packer, html
-from rigid_envs.watch.replays.panels import Curve, conservation_errors, curves, insets, is_driven
-from rigid_envs.watch.replays.replay import Replay
-from rigid_envs.watch.scene import Panel
+from rigid_envs.watch.replays.page import (
+    Curve,
+    Packer,
+    conservation_errors,
+    curves,
+    html,
+    insets,
+    is_driven,
+)
+from rigid_envs.watch.replays.replay import PastEpisode, Replay, moment_at, moments, play_again
+from rigid_envs.watch.views import Panel
 from tests.replays.examples import free_body, idle, recorded, rolling_ball
 from tests.systems.examples import BALL, BODY, COIN, DISK, ROLLER, SYSTEMS, TOP, name_of, states
 
@@ -27,26 +33,26 @@ Array = np.ndarray[Any, Any]
 
 
 @pytest.fixture(scope="module")
-def free() -> tuple[Task, Episode]:
+def free() -> tuple[Task, PastEpisode]:
     replay = free_body()
     return replay.task, replay.episodes[0]
 
 
 @pytest.fixture(scope="module")
-def spun() -> tuple[Task, Episode]:
+def spun() -> tuple[Task, PastEpisode]:
     """A top that leans by 0.4 rad and is spun about its axis."""
     state = {"q": [np.cos(0.2), np.sin(0.2), 0.0, 0.0], "omega_body": [0.0, 0.0, 3.0]}
     replay = idle("RigidEnvs/SleepingTop-v0", state=state)
     return replay.task, replay.episodes[0]
 
 
-def inset(task: Task, episode: Episode, driven: bool) -> Panel:
+def inset(task: Task, episode: PastEpisode, driven: bool) -> Panel:
     """The one inset of a moment of each step."""
     (panel,) = insets(task.system(episode.parameters), moments(task, episode, 1), driven)
     return panel
 
 
-def test_errors_are_those_of_the_definitions(free: tuple[Task, Episode]) -> None:
+def test_errors_are_those_of_the_definitions(free: tuple[Task, PastEpisode]) -> None:
     task, episode = free
     omega, moment = episode.y[:, 4:7], np.array(list(episode.parameters.values()))
     energy = 0.5 * np.sum(moment * omega**2, axis=-1)
@@ -69,7 +75,9 @@ def test_what_is_called_conserved_stays_as_it_is_where_nothing_acts(system: Any)
     assert ("L_spin" in found) == (system not in SYSTEMS)  # those have no axis of symmetry
 
 
-def test_what_is_driven_has_changes_and_what_is_free_has_errors(free: tuple[Task, Episode]) -> None:
+def test_what_is_driven_has_changes_and_what_is_free_has_errors(
+    free: tuple[Task, PastEpisode],
+) -> None:
     task, episode = free
     assert not is_driven(episode)
     assert [c.title for c in curves(task, episode, False)][2:4] == ["Energy error", "|L| error"]
@@ -78,7 +86,7 @@ def test_what_is_driven_has_changes_and_what_is_free_has_errors(free: tuple[Task
     assert [c.title for c in curves(task, pushed, True)][2:4] == ["Energy change", "|L| change"]
 
 
-def test_one_input_in_one_step_drives_an_episode(free: tuple[Task, Episode]) -> None:
+def test_one_input_in_one_step_drives_an_episode(free: tuple[Task, PastEpisode]) -> None:
     _, episode = free
     for name in ("u", "applied"):
         pushed = np.zeros_like(getattr(episode, name))
@@ -134,7 +142,7 @@ def test_every_environment_has_curves_of_every_moment_or_step(env_id: str) -> No
 
 
 def test_moments_of_steps_are_exact_and_those_between_lie_on_the_motion(
-    free: tuple[Task, Episode],
+    free: tuple[Task, PastEpisode],
 ) -> None:
     task, episode = free
     path = moments(task, episode, 10_000)
@@ -150,7 +158,7 @@ def test_moments_of_steps_are_exact_and_those_between_lie_on_the_motion(
 
 
 def test_success_is_shown_when_its_step_is_made_and_not_while_it_is_going_on(
-    free: tuple[Task, Episode],
+    free: tuple[Task, PastEpisode],
 ) -> None:
     task, episode = free
     rng = np.random.default_rng(0)
@@ -189,13 +197,13 @@ def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense() -> None:
     assert rotations.distance(q, turned).max() < 1e-6
 
 
-def test_budget_limits_the_moments_but_keeps_all_steps(free: tuple[Task, Episode]) -> None:
+def test_budget_limits_the_moments_but_keeps_all_steps(free: tuple[Task, PastEpisode]) -> None:
     task, episode = free
     assert len(moments(task, episode, 1)) == len(episode) + 1
 
 
 def test_lines_stand_a_little_above_what_they_are_drawn_on(
-    free: tuple[Task, Episode], spun: tuple[Task, Episode]
+    free: tuple[Task, PastEpisode], spun: tuple[Task, PastEpisode]
 ) -> None:
     rolling, driven = (inset(*free, driven=acts) for acts in (False, True))
     sphere = inset(*spun, driven=True)
@@ -219,7 +227,7 @@ def test_lines_stand_a_little_above_what_they_are_drawn_on(
 
 
 def test_an_axis_is_an_arrow_from_the_centre_through_the_end_of_its_path(
-    free: tuple[Task, Episode], spun: tuple[Task, Episode]
+    free: tuple[Task, PastEpisode], spun: tuple[Task, PastEpisode]
 ) -> None:
     body, sphere = (inset(*each, driven=True) for each in (free, spun))
     scale = body.frames[0].poses["ellipsoid"].scale
@@ -242,7 +250,7 @@ def test_what_rests_in_a_place_has_no_path() -> None:
         assert "tilt" in found and "plan" not in found
 
 
-def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free: tuple[Task, Episode]) -> None:
+def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free: tuple[Task, PastEpisode]) -> None:
     task, episode = free
     system = task.system(episode.parameters)
     path = moments(task, episode, 1)
@@ -263,7 +271,7 @@ def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free: tuple[Task, Episo
 
 
 def test_the_polhode_of_a_driven_body_lies_on_its_inertia_ellipsoid(
-    free: tuple[Task, Episode],
+    free: tuple[Task, PastEpisode],
 ) -> None:
     """On ``rho . I rho = 1``, along omega, in units of the largest semi-axis."""
     task, episode = free
@@ -285,7 +293,7 @@ def test_the_polhode_of_a_driven_body_lies_on_its_inertia_ellipsoid(
     assert np.isnan(points[0]).all() and np.isfinite(points[1:]).all()
 
 
-def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, Episode]) -> None:
+def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, PastEpisode]) -> None:
     task, episode = free
     system = task.system(episode.parameters)
     assert isinstance(system, FreeBody)
@@ -298,7 +306,7 @@ def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, Episod
     assert len(points) > 200
 
 
-def test_axis_of_a_top_is_on_the_unit_sphere(spun: tuple[Task, Episode]) -> None:
+def test_axis_of_a_top_is_on_the_unit_sphere(spun: tuple[Task, PastEpisode]) -> None:
     task, episode = spun
     assert "Momentum error" in [c.title for c in curves(task, episode, False)]
     system, panel = task.system(episode.parameters), inset(task, episode, driven=False)

@@ -29,7 +29,7 @@ import rigid_envs
 from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.envs.lookup import task_of
-from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.shells import RigidEnv
 from rigid_envs.sb3.adapter import GymnasiumVecEnv, make_vec_env
 from rigid_envs.sb3.exporting import AttitudeExtractor, Tanh, attitudes, export, network_of
 from rigid_envs.scores.trained import CompiledPolicy

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from rigid_envs.mechanics import rotations
+from rigid_envs.scores.best import least_time, limit_of
 from rigid_envs.scores.evaluation import evaluate, make_rows
 from rigid_envs.scores.policies import (
     Rollouts,
@@ -18,7 +19,6 @@ from rigid_envs.scores.policies import (
 )
 from rigid_envs.scores.starts import Tally, evaluation_seeds, metrics_of, play, row_seeds
 from rigid_envs.scores.statistics import mean_interval
-from rigid_envs.scores.theory import least_time, limit_of
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.tasks.registry import ENVIRONMENTS
 

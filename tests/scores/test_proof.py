@@ -11,8 +11,7 @@ from gymnasium.vector import SyncVectorEnv, VectorActionWrapper, VectorWrapper
 from gymnasium.wrappers import NormalizeReward, RescaleAction, TimeLimit
 
 from rigid_envs import evaluate, load
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.scores.finding import find
 from rigid_envs.scores.policies import from_function, recorded, reference_controllers
 from rigid_envs.scores.proof import Witness, refuse_impossible

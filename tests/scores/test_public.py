@@ -11,7 +11,7 @@ from gymnasium.wrappers import RescaleAction, TimeLimit, TransformReward
 
 import rigid_envs
 from rigid_envs.base.files import DamagedFileError, write_document
-from rigid_envs.envs.single import RigidEnv
+from rigid_envs.envs.shells import RigidEnv
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.policies import (
     from_controller,

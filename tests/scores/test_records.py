@@ -14,9 +14,8 @@ import pytest
 from rigid_envs.base.files import DamagedFileError, sealed, write_document
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.scores.best import read_best, read_plans
-from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.evaluation import evaluate, published_record, repeat
 from rigid_envs.scores.records import read_evaluation, read_record, read_results, write_record
-from rigid_envs.scores.repeating import published_record, repeat
 from rigid_envs.scores.trained import file_of, load, published
 from rigid_envs.tools.cli import main
 from tests.loading.readers import READERS

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.scores.policies import Controller, ControllerFactory
 from rigid_envs.testing.environments import fresh
 

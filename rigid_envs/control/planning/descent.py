@@ -281,7 +281,7 @@ def improve(
     """
     plans = Plans(np.array(actions, dtype=np.float32), np.full(model.n_rows, np.inf))
     rows = np.arange(model.n_rows)
-    search = Search(model, np.asarray(actions, dtype=np.float64), price)
+    search = PlanSearch(model, np.asarray(actions, dtype=np.float64), price)
     plans.keep(rows, search.motion)
     for k in range(n_rounds):
         motion = search.step()
@@ -295,7 +295,7 @@ def improve(
     return plans
 
 
-class Search:
+class PlanSearch:
     """State of the method in rows of a model.
 
     Attributes:
@@ -316,9 +316,9 @@ class Search:
         self._linear: Linear | None = None
         self._before = np.full(model.n_rows, np.inf)
 
-    def part(self, rows: Integers) -> Search:
+    def part(self, rows: Integers) -> PlanSearch:
         """The same in some of the rows."""
-        part = Search.__new__(Search)
+        part = PlanSearch.__new__(PlanSearch)
         part._model = self._model.part(rows)
         part.motion = take(self.motion, rows)
         part._rho, part._mu, part._n_parts = self._rho[rows], self._mu[rows], self._n_parts

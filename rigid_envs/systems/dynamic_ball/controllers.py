@@ -1,7 +1,5 @@
 """Controllers of a ball by forces and by a plate."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -10,14 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, Integers, array, positive_fields, require
-from rigid_envs.control.linear import (
-    Regulator,
-    clip_to_ball,
-    clip_to_box,
-    lqr,
-    piecewise_constant,
-    zero_order_hold,
-)
+from rigid_envs.control import linear
 from rigid_envs.control.predictive import Symbols, size
 from rigid_envs.mechanics.symbolic import SymbolicModel, casadi
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
@@ -86,7 +77,7 @@ class PlateRegulator:
         error = self.error(y, point)
         distance = np.linalg.norm(error[..., :2], axis=-1, keepdims=True)
         error[..., :2] /= np.maximum(1.0, distance / self.farthest)
-        return clip_to_box(self.regulator.feedback(error) / self.tilt_rate)
+        return linear.clip_to_box(self.regulator.feedback(error) / self.tilt_rate)
 
     def inputs(self, y: npt.ArrayLike, action: npt.ArrayLike) -> Array:
         """Input u of `DynamicBall`, shape (..., 4), that brings the rates to the commanded ones."""
@@ -105,16 +96,16 @@ class PlateRegulator:
         return self.regulator.value(self.error(y, point))
 
     @cached_property
-    def regulator(self) -> Regulator:
+    def regulator(self) -> linear.Regulator:
         """K and P."""
         weights = np.array([1.0, 1.0] + [_SMALL] * 6)
-        return lqr(*self.step, weights, np.full(2, self.input_weight))
+        return linear.lqr(*self.step, weights, np.full(2, self.input_weight))
 
     @cached_property
     def step(self) -> tuple[Array, Array]:
         """F and G of ``x+ = F x + G r``, shapes (8, 8) and (8, 2)."""
         A, B = self.ball.linearize(self.ball.state())
-        F, G = zero_order_hold(A[np.ix_(_PLANAR, _PLANAR)], B[_PLANAR, 2:], self.dt)
+        F, G = linear.zero_order_hold(A[np.ix_(_PLANAR, _PLANAR)], B[_PLANAR, 2:], self.dt)
         G = G / self.dt
         F[:, 6:] -= G  # accelerations are (r - rates) / dt
         return F, G
@@ -206,7 +197,7 @@ class PushAlong:
         each = sides / (np.maximum(halves, 1.0) * self.dt)[..., None] ** 2
         there_and_back = np.stack([each, -each], axis=-2)
         counts = np.repeat(halves.astype(np.int64), 2, axis=-1)
-        pushes = piecewise_constant(there_and_back.reshape(*counts.shape, 2), counts)
+        pushes = linear.piecewise_constant(there_and_back.reshape(*counts.shape, 2), counts)
         rest = np.zeros((1, *pushes.shape[1:]))
         velocities = np.concatenate([rest, np.cumsum(self.dt * pushes, axis=0)])
         moved = np.cumsum(0.5 * self.dt * (velocities[1:] + velocities[:-1]), axis=0)
@@ -232,7 +223,7 @@ class PushAlong:
         rows = self.ball.checked_state(y)
         g1, g2 = self._gains
         error = g1 * (position - rows[..., 4:6]) + g2 * (velocity - rows[..., 6:8])
-        return clip_to_ball((push + error) / self._largest)
+        return linear.clip_to_ball((push + error) / self._largest)
 
     @property
     def closed_loop(self) -> Array:

@@ -2,17 +2,7 @@
 
 from typing import NamedTuple
 
-from rigid_envs.engine.algebra import (
-    Vector,
-    attitude,
-    cayley,
-    compose,
-    dot,
-    half_turn,
-    normalize_near_unit,
-    on_ground,
-    tangent,
-)
+from rigid_envs.engine import algebra
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.engine.elementary import fma, sincos, sqrt
@@ -89,14 +79,14 @@ def derive(
 
 
 @scalar
-def plate_rate(y: State) -> Vector:
+def plate_rate(y: State) -> algebra.Vector:
     """Angular velocity of the plate in its own axes."""
     s, c = sincos(y.alpha_y)
     return (y.rate_x * c, y.rate_y, y.rate_x * s)
 
 
 @scalar
-def plate_growth(y: State, u: Input, turn: Pair) -> Vector:
+def plate_growth(y: State, u: Input, turn: Pair) -> algebra.Vector:
     """Its rate of change w' in plate axes, with sine and cosine of alpha_y [rad/s^2]."""
     s, c = turn
     gyroscopic = y.rate_x * y.rate_y
@@ -104,10 +94,10 @@ def plate_growth(y: State, u: Input, turn: Pair) -> Vector:
 
 
 @scalar
-def swing(y: State, w: Vector, grown: Vector, p: Parameters) -> Vector:
+def swing(y: State, w: algebra.Vector, grown: algebra.Vector, p: Parameters) -> algebra.Vector:
     """Acceleration of the point of the plate's frame where the centre is, in its axes [m/s^2]."""
     rho = (y.X, y.Y, p.radius)
-    along, square = dot(w, rho), dot(w, w)
+    along, square = algebra.dot(w, rho), algebra.dot(w, w)
     return (
         grown[1] * p.radius - grown[2] * rho[1] + w[0] * along - square * rho[0],
         grown[2] * rho[0] - grown[0] * p.radius + w[1] * along - square * rho[1],
@@ -116,7 +106,7 @@ def swing(y: State, w: Vector, grown: Vector, p: Parameters) -> Vector:
 
 
 @scalar
-def ball_rate(y: State, w: Vector, p: Parameters) -> Vector:
+def ball_rate(y: State, w: algebra.Vector, p: Parameters) -> algebra.Vector:
     """Angular velocity in plate axes: v' = (omega - w) x r n + Omega n x (X, Y), solved for it."""
     return (
         w[0] - (y.VY - p.turntable_rate * y.X) * p.inverse_radius,
@@ -126,7 +116,7 @@ def ball_rate(y: State, w: Vector, p: Parameters) -> Vector:
 
 
 @scalar
-def to_world(v: Vector, alpha_x: float, alpha_y: float) -> Vector:
+def to_world(v: algebra.Vector, alpha_x: float, alpha_y: float) -> algebra.Vector:
     """World components P v of a vector in plate axes."""
     sx, cx = sincos(alpha_x)
     sy, cy = sincos(alpha_y)
@@ -135,13 +125,13 @@ def to_world(v: Vector, alpha_x: float, alpha_y: float) -> Vector:
 
 
 @scalar
-def gyration(w: Vector, p: Parameters) -> float:
+def gyration(w: algebra.Vector, p: Parameters) -> float:
     """Rate at which Coriolis force and turntable turn the velocity [rad/s]."""
     return (p.beta * p.turntable_rate - (p.beta + 2.0) * w[2]) * p.share
 
 
 @scalar
-def push(y: State, u: Input, w: Vector, p: Parameters) -> Pair:
+def push(y: State, u: Input, w: algebra.Vector, p: Parameters) -> Pair:
     """Velocity-independent part of the acceleration in plate axes [m/s^2].
 
     Gravity, force, the inertial forces of the accelerated plate, and the torque that turns the
@@ -175,7 +165,7 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
     Neimark & Fufaev, *Dynamics of Nonholonomic Systems*, chapter III; Weltner 1979,
     doi:10.1119/1.11602.
     """
-    w, x, y_, z = attitude(y)
+    w, x, y_, z = algebra.attitude(y)
     plate = plate_rate(y)
     omega = ball_rate(y, plate, p)
     a, b, c = to_world(omega, y.alpha_x, y.alpha_y)
@@ -211,10 +201,10 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
     # the change of angle over the first half is h / 2 times the mean rate of that half
     alpha_x = fma(half, fma(-0.25 * h, u.a_x, rate_x), y.alpha_x)
     alpha_y = fma(half, fma(-0.25 * h, u.a_y, rate_y), y.alpha_y)
-    middle = State(*attitude(y), X, Y, vx, vy, spin, alpha_x, alpha_y, rate_x, rate_y)
+    middle = State(*algebra.attitude(y), X, Y, vx, vy, spin, alpha_x, alpha_y, rate_x, rate_y)
     omega = ball_rate(middle, plate_rate(middle), p)
     a, b, c = to_world(omega, alpha_x, alpha_y)
-    q = compose(half_turn((half * a, half * b, half * c)), attitude(y))
+    q = algebra.compose(algebra.half_turn((half * a, half * b, half * c)), algebra.attitude(y))
     X, Y = fma(half, vx, X), fma(half, vy, Y)
     alpha_x, alpha_y = fma(h, rate_x, y.alpha_x), fma(h, rate_y, y.alpha_y)
     rate_x, rate_y = fma(h, u.a_x, y.rate_x), fma(h, u.a_y, y.rate_y)
@@ -227,11 +217,11 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
 def moving(y: State, X: float, Y: float, VX: float, VY: float, spin: float) -> State:
     """The state y with another position, velocity and spin."""
     tilt = (y.alpha_x, y.alpha_y, y.rate_x, y.rate_y)
-    return State(*attitude(y), X, Y, VX, VY, spin, *tilt)
+    return State(*algebra.attitude(y), X, Y, VX, VY, spin, *tilt)
 
 
 @scalar
-def _kick(y: State, u: Input, p: Parameters, h: float) -> Vector:
+def _kick(y: State, u: Input, p: Parameters, h: float) -> algebra.Vector:
     """Velocity and spin after h [s] at constant position."""
     plate = plate_rate(y)
     half = 0.5 * h
@@ -250,13 +240,13 @@ def pushed(v: Pair, push: Pair, kappa: float, half: float) -> Pair:
     """
     vx, vy = fma(half, push[0], v[0]), fma(half, push[1], v[1])
     x = half * kappa
-    versine, sine = cayley(x * tangent(x * x))
+    versine, sine = algebra.cayley(x * algebra.tangent(x * x))
     vx, vy = fma(-sine, vy, -versine * vx) + vx, fma(sine, vx, -versine * vy) + vy
     return fma(half, push[0], vx), fma(half, push[1], vy)
 
 
 @scalar
-def _spin_rate(y: State, w: Vector, p: Parameters) -> float:
+def _spin_rate(y: State, w: algebra.Vector, p: Parameters) -> float:
     """Rate of the spin, omega . (w x n): the contact force has no moment about n, but n turns."""
     omega = ball_rate(y, w, p)
     return w[1] * omega[0] - w[0] * omega[1]
@@ -265,7 +255,7 @@ def _spin_rate(y: State, w: Vector, p: Parameters) -> float:
 @scalar
 def restore(y: State) -> State:
     """State with q normalised, against the accumulation of rounding errors."""
-    q = normalize_near_unit(attitude(y))
+    q = algebra.normalize_near_unit(algebra.attitude(y))
     tilt = (y.alpha_x, y.alpha_y, y.rate_x, y.rate_y)
     return State(*q, y.X, y.Y, y.VX, y.VY, y.spin, *tilt)
 
@@ -290,11 +280,11 @@ def invariants(y: State, p: Parameters) -> Invariants:
 def rate(y: State, p: Parameters) -> float:
     """Angular rate of the ball [rad/s]."""
     omega = ball_rate(y, plate_rate(y), p)
-    return sqrt(dot(omega, omega))
+    return sqrt(algebra.dot(omega, omega))
 
 
 @scalar
-def ground_force(y: State, u: Input, p: Parameters) -> Vector:
+def ground_force(y: State, u: Input, p: Parameters) -> algebra.Vector:
     """Force of the plate, m a - m g - F, in plate axes [N].
 
     The absolute acceleration a is that relative to the plate, `swing`, and Coriolis' 2 w x v.
@@ -323,7 +313,7 @@ DYNAMIC_BALL = Dynamics(
     restore,
     invariants,
     rate=rate,
-    contact=on_ground(ground_force, 3),
+    contact=algebra.on_ground(ground_force, 3),
 )
 
 
@@ -342,14 +332,14 @@ def level_step(y: State, u: Input, p: Parameters, h: float) -> State:
     vx, vy = pushed((y.VX, y.VY), push, kappa, 0.5 * half)
     X, Y = fma(half, vx, y.X), fma(half, vy, y.Y)
     a, b, c = ball_rate(moving(y, X, Y, vx, vy, y.spin), (0.0, 0.0, 0.0), p)
-    q = compose(half_turn((half * a, half * b, half * c)), attitude(y))
+    q = algebra.compose(algebra.half_turn((half * a, half * b, half * c)), algebra.attitude(y))
     X, Y = fma(half, vx, X), fma(half, vy, Y)
     vx, vy = pushed((vx, vy), push, kappa, 0.5 * half)
     return State(*q, X, Y, vx, vy, y.spin, y.alpha_x, y.alpha_y, y.rate_x, y.rate_y)
 
 
 @scalar
-def level_ground_force(y: State, u: Input, p: Parameters) -> Vector:
+def level_ground_force(y: State, u: Input, p: Parameters) -> algebra.Vector:
     """Same as `dynamic_ball.ground_force`."""
     kappa = p.beta * p.turntable_rate * p.share
     x = p.share * (u.FX * p.inverse_m) - kappa * y.VY
@@ -357,5 +347,5 @@ def level_ground_force(y: State, u: Input, p: Parameters) -> Vector:
     return (p.m * x - u.FX, p.m * y_ - u.FY, p.m * p.g)
 
 
-LEVEL = on_ground(level_ground_force, 3)
+LEVEL = algebra.on_ground(level_ground_force, 3)
 """Contact with the plate."""

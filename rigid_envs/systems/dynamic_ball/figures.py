@@ -9,18 +9,7 @@ import numpy as np
 
 from rigid_envs.systems.dynamic_ball import closed_forms as theory
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
-from rigid_envs.watch.figures import (
-    BLACK,
-    BLUE,
-    GREEN,
-    MUTED,
-    PURPLE,
-    RED,
-    Match,
-    bare,
-    exhibit,
-    page_arrow,
-)
+from rigid_envs.watch import figures
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,14 +18,14 @@ if TYPE_CHECKING:
 _RATE = 2.0 * math.pi / 3.0  # rad/s
 _BALL = DynamicBall(m=1.0, radius=0.05, beta=0.4, turntable_rate=_RATE)
 _STARTS = (
-    ((0.5, 0.0), (0.0, 0.45), BLUE),
-    ((0.0, -0.55), (0.1, 0.05), GREEN),
-    ((-0.35, 0.45), (0.12, -0.1), RED),
+    ((0.5, 0.0), (0.0, 0.45), figures.BLUE),
+    ((0.0, -0.55), (0.1, 0.05), figures.GREEN),
+    ((-0.35, 0.45), (0.12, -0.1), figures.RED),
 )
 _PERIOD = 2.0 * math.pi / (0.4 / 1.4 * _RATE)
 
 
-@exhibit(
+@figures.exhibit(
     title="A ball on a turntable runs round circles",
     caption="A ball that rolls on a turntable does not fly off: whatever its start, a solid "
     "sphere runs round a circle (its centre: +) two times while the table turns seven times. "
@@ -45,13 +34,13 @@ _PERIOD = 2.0 * math.pi / (0.4 / 1.4 * _RATE)
     source="Weltner 1979, doi:10.1119/1.11602; Neimark & Fufaev, chapter III",
     size=(7.2, 4.2),
 )
-def turntable(figure: Figure) -> tuple[Match, ...]:
+def turntable(figure: Figure) -> tuple[figures.Match, ...]:
     """Simulate three balls, compare them with their circles; one on a tilted turntable."""
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
-    bare(left)
+    figures.bare(left)
     left.set_title("level turntable, seen from above")
     a = np.linspace(0.0, 2.0 * math.pi, 181)
-    left.fill(np.cos(a), np.sin(a), fc="#f1f4f8", ec=MUTED, lw=1.0, zorder=1)
+    left.fill(np.cos(a), np.sin(a), fc="#f1f4f8", ec=figures.MUTED, lw=1.0, zorder=1)
     t = np.linspace(0.0, _PERIOD, 181)
     errors, turned = [], []
     for place, velocity, color in _STARTS:
@@ -66,18 +55,20 @@ def turntable(figure: Figure) -> tuple[Match, ...]:
         around = np.unwrap(np.angle(position @ [1.0, 1j] - complex(*circle.centre)))
         turned.append(float(around[-1] - around[0]) / (_RATE * t[-1]))
         left.plot(*position.T, color=color)
-        left.plot(exact.real[::12], exact.imag[::12], "o", ms=3, color=BLACK, zorder=4)
+        left.plot(exact.real[::12], exact.imag[::12], "o", ms=3, color=figures.BLACK, zorder=4)
         left.plot(*circle.centre, "+", color=color, ms=8)
         left.plot(*place, "o", color=color, ms=8, zorder=3)
     tip, tail = (0.93 * np.array([math.cos(at), math.sin(at)]) for at in (-0.5, -0.9))
-    page_arrow(left, tail, tip, MUTED, connectionstyle="arc3,rad=0.15")
+    figures.page_arrow(left, tail, tip, figures.MUTED, connectionstyle="arc3,rad=0.15")
     errors.append(_tilted(right))
-    left.plot([], [], color=MUTED, label="simulated")
-    left.plot([], [], "o", ms=3.5, color=BLACK, label="closed form")
+    left.plot([], [], color=figures.MUTED, label="simulated")
+    left.plot([], [], "o", ms=3.5, color=figures.BLACK, label="closed form")
     figure.legend(ncols=2)
     return (
-        Match("rounds of the ball per round of the table", turned[0], 2.0 / 7.0, 1e-9),
-        Match("largest error of the paths against the closed form", max(errors), 0.0, 1e-9, "m"),
+        figures.Match("rounds of the ball per round of the table", turned[0], 2.0 / 7.0, 1e-9),
+        figures.Match(
+            "largest error of the paths against the closed form", max(errors), 0.0, 1e-9, "m"
+        ),
     )
 
 
@@ -93,11 +84,11 @@ def _tilted(axes: Axes) -> float:
         beta=0.4, radius=0.05, turntable_rate=_RATE, tilt=tilt, g=9.81,
     )  # fmt: skip
     centre = _BALL.centre(_BALL.simulate(y, t).y)
-    axes.plot(*position.T, color=PURPLE)
-    axes.plot(*position[::12].T, "o", ms=3, color=BLACK, zorder=4)
+    axes.plot(*position.T, color=figures.PURPLE)
+    axes.plot(*position[::12].T, "o", ms=3, color=figures.BLACK, zorder=4)
     drift = theory.drift_across_slope(beta=0.4, turntable_rate=_RATE, tilt=tilt, g=9.81)
-    page_arrow(axes, [0.0, 1.2], [drift * t[-1], 1.2], MUTED)
-    axes.text(0.5 * drift * t[-1], 1.3, "mean drift, closed form", ha="center", color=MUTED)
+    figures.page_arrow(axes, [0.0, 1.2], [drift * t[-1], 1.2], figures.MUTED)
+    axes.text(0.5 * drift * t[-1], 1.3, "mean drift, closed form", ha="center", color=figures.MUTED)
     axes.set_aspect("equal")
     axes.set_anchor("N")
     axes.set_ylim(None, 1.8)

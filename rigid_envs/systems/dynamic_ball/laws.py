@@ -5,43 +5,25 @@ import math
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.mechanics.laws import (
-    EPS,
-    HUNDREDS,
-    RADIANS,
-    ROUNDED,
-    SLOPES,
-    VIRTUAL_ROTATIONS,
-    RigidBodyModel,
-    Subject,
-    attitudes,
-    law_of_contact_force,
-    law_of_dalembert,
-    law_of_order,
-    laws_of_every_system,
-    matrices,
-    max_abs,
-    quaternion,
-    random_states,
-    stencil,
-    ten_roundings,
-)
+from rigid_envs.mechanics import laws
 from rigid_envs.systems.dynamic_ball import closed_forms as theory
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
 
-SUBJECT = Subject("dynamic_ball", "a ball with inertia that rolls on a plate that tilts and turns")
+SUBJECT = laws.Subject(
+    "dynamic_ball", "a ball with inertia that rolls on a plate that tilts and turns"
+)
 
 _BALL = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=9.6, turntable_rate=0.7)
 _INERTIA = 0.55 * 1.2 * 0.8**2
 _FORCE, _TILT_ACCELERATION = slice(0, 2), slice(2, 4)  # of u
-_Y, _U = random_states(_BALL, 20)
+_Y, _U = laws.random_states(_BALL, 20)
 
 
 def _plate(y: Array) -> Array:
     """P = Rx(alpha_x) Ry(alpha_y)."""
     half = 0.5 * _BALL.tilt(y)
     (cx, cy), (sx, sy) = np.moveaxis(np.cos(half), -1, 0), np.moveaxis(np.sin(half), -1, 0)
-    return matrices(np.stack([cx * cy, sx * cy, cx * sy, sx * sy], axis=-1))
+    return laws.matrices(np.stack([cx * cy, sx * cy, cx * sy, sx * sy], axis=-1))
 
 
 def _world(y: Array, v: Array) -> Array:
@@ -69,32 +51,32 @@ def _no_torque(y: Array, _: Array) -> Array:
 
 
 def _displacements(y: Array) -> tuple[Array, Array]:
-    return np.cross(VIRTUAL_ROTATIONS, 0.8 * _normal(y)), VIRTUAL_ROTATIONS
+    return np.cross(laws.VIRTUAL_ROTATIONS, 0.8 * _normal(y)), laws.VIRTUAL_ROTATIONS
 
 
-_MODEL = RigidBodyModel(1.2, np.full(3, _INERTIA), _centre, _force, _no_torque, _displacements)
-law_of_dalembert(SUBJECT, _BALL, _Y, _U, _MODEL)
+_MODEL = laws.RigidBodyModel(1.2, np.full(3, _INERTIA), _centre, _force, _no_torque, _displacements)
+laws.law_of_dalembert(SUBJECT, _BALL, _Y, _U, _MODEL)
 
 
 @SUBJECT.law(
     "velocity of the contact point of simulate with that of the plate",
     bound=1e-10,
-    why=SLOPES,
+    why=laws.SLOPES,
 )
 def the_contact_point_moves_with_the_plate() -> float:
     """There v + omega x (-r n) = (P x)' + Omega n x P x with x = (X, Y, 0) held in P."""
-    motion = stencil(_BALL, _Y, _U)
+    motion = laws.stencil(_BALL, _Y, _U)
     v = motion.rate(_centre(motion.y)) + np.cross(motion.omega(), -0.8 * _normal(_Y))
     foot = _flat(_BALL.position(_Y))
     carried = motion.rate(_world(motion.y, np.broadcast_to(foot, (9, 20, 3))))
     table = 0.7 * np.cross(_normal(_Y), _world(_Y, foot))
-    return max_abs(v - carried - table)
+    return laws.max_abs(v - carried - table)
 
 
-laws_of_every_system(SUBJECT, _BALL, _Y, _U)
+laws.laws_of_every_system(SUBJECT, _BALL, _Y, _U)
 
 
-@SUBJECT.law("invariants with T + m g z of NumPy", bound=1e-12, why=ten_roundings(50))
+@SUBJECT.law("invariants with T + m g z of NumPy", bound=1e-12, why=laws.ten_roundings(50))
 def invariants_are_energy_and_spin() -> float:
     """E = (m v^2 + I omega^2) / 2 + m g z on a plate that leans but rests."""
     ball = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=9.6)
@@ -102,7 +84,9 @@ def invariants_are_energy_and_spin() -> float:
     turning = np.sum((v / 0.8) ** 2, axis=-1) + spin**2
     kinetic = 0.5 * (1.2 * np.sum(v * v, axis=-1) + _INERTIA * turning)
     found = ball.invariants(_Y)
-    return max_abs(found["energy"] - kinetic - 1.2 * 9.6 * _centre(_Y)[:, 2], found["spin"] - spin)
+    return laws.max_abs(
+        found["energy"] - kinetic - 1.2 * 9.6 * _centre(_Y)[:, 2], found["spin"] - spin
+    )
 
 
 @SUBJECT.law(
@@ -114,31 +98,33 @@ def invariants_are_kept_on_a_turntable_that_leans() -> float:
     """On a plate that leans at rest; its surface turns."""
     y = _Y.copy()
     y[:, _BALL.components["tilt_rate"]] = 0.0
-    motion = stencil(_BALL, y, np.zeros((20, 4)))
-    return max_abs(*(motion.rate(value) for value in _BALL.invariants(motion.y).values()))
+    motion = laws.stencil(_BALL, y, np.zeros((20, 4)))
+    return laws.max_abs(*(motion.rate(value) for value in _BALL.invariants(motion.y).values()))
 
 
-@SUBJECT.law("rhs with cosines of NumPy, up to a million radians", bound=4 * EPS, why=ROUNDED)
+@SUBJECT.law(
+    "rhs with cosines of NumPy, up to a million radians", bound=4 * laws.EPS, why=laws.ROUNDED
+)
 def gravity_pulls_by_the_cosine_of_any_angle() -> float:
     """X'' = g cos(alpha_x) sin(alpha_y) with alpha_y a right angle, of a ball without inertia."""
     ball = DynamicBall(m=1.0, radius=1.0, beta=0.0, g=1.0)
     small, large = np.linspace(-10.0, 10.0, 2001), np.geomspace(10.0, 1e6, 2001)
     alpha = np.concatenate([small, large, -large])
     y = ball.state(tilt=np.stack([alpha, np.full_like(alpha, 0.5 * math.pi)], axis=-1))
-    return max_abs(ball.velocity(ball.rhs(y))[:, 0] - np.cos(alpha))
+    return laws.max_abs(ball.velocity(ball.rhs(y))[:, 0] - np.cos(alpha))
 
 
-@SUBJECT.law("simulate with uniform acceleration", bound=1e-12, why=HUNDREDS)
+@SUBJECT.law("simulate with uniform acceleration", bound=1e-12, why=laws.HUNDREDS)
 def the_plate_moves_as_it_is_told() -> float:
     """Both angles of the plate are parabolas in time."""
     t, a, rate = 0.7, _U[:, _TILT_ACCELERATION], _BALL.tilt_rate(_Y)
     end = _BALL.simulate(_Y, [0.0, t], _U[None]).y[-1]
     angles = _BALL.tilt(_Y) + t * rate + 0.5 * t * t * a
-    return max_abs(_BALL.tilt(end) - angles, _BALL.tilt_rate(end) - rate - t * a)
+    return laws.max_abs(_BALL.tilt(end) - angles, _BALL.tilt_rate(end) - rate - t * a)
 
 
-law_of_order(SUBJECT, _BALL, _Y, _U, 0.5)
-law_of_contact_force(
+laws.law_of_order(SUBJECT, _BALL, _Y, _U, 0.5)
+laws.law_of_contact_force(
     SUBJECT,
     *(_BALL, _Y, _U, _MODEL),
     lambda y, u: (_world(y, _BALL.contact_force(y, u)), -0.8 * _normal(y)),
@@ -156,7 +142,7 @@ def turntables_turn_the_velocity_exactly() -> float:
     v = 0.3 * _BALL.velocity(_Y)
     end = ball.advance(ball.state(velocity=v), None, 10.0, 200)
     turned = np.exp(10.0j * 0.55 / 1.55 * 2.0) * (v[:, 0] + 1j * v[:, 1])
-    return max_abs(ball.velocity(end) - np.stack([turned.real, turned.imag], axis=-1))
+    return laws.max_abs(ball.velocity(end) - np.stack([turned.real, turned.imag], axis=-1))
 
 
 @SUBJECT.law(
@@ -181,13 +167,13 @@ def balls_on_a_leaning_turntable_follow_trochoids() -> float:
             motion["velocity_world"] - exact.velocity,
             motion["omega_world"] - exact.omega,
         ]
-    return max_abs(*errors)
+    return laws.max_abs(*errors)
 
 
 @SUBJECT.law(
     "simulate round the axis of a turntable with two rotations in closed form",
     bound=1e-9,
-    why=RADIANS,
+    why=laws.RADIANS,
 )
 def a_ball_round_the_axis_turns_as_in_closed_form() -> float:
     """Place and attitude of a ball that runs round the middle of a level turntable."""
@@ -199,11 +185,11 @@ def a_ball_round_the_axis_turns_as_in_closed_form() -> float:
     )
     place = 1.3 * np.array([math.cos(0.4), math.sin(0.4)])
     start = _BALL.state(
-        q=quaternion(_Y[0]),
+        q=laws.quaternion(_Y[0]),
         position=place,
         velocity=rate * np.array([-place[1], place[0]]),
         spin=0.6,
     )
     motion = _BALL.simulate(start, t)
-    R = matrices(turn) @ attitudes(_Y[0])
-    return max_abs(motion["centre"] - exact.centre, motion["R"] - R)
+    R = laws.matrices(turn) @ laws.attitudes(_Y[0])
+    return laws.max_abs(motion["centre"] - exact.centre, motion["R"] - R)

@@ -1,7 +1,5 @@
 """Controllers bound to the tasks of a ball with inertia, what they observe, and bounds."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -9,7 +7,8 @@ import numpy as np
 from rigid_envs.base.checks import Array
 from rigid_envs.control.planning import Conditions
 from rigid_envs.control.predictive import PredictiveControl, doubling
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidVectorEnv
+from rigid_envs.scores.best import TheoreticalLimit, _rows, least_time
 from rigid_envs.scores.policies import (
     PREDICTION_PERIOD,
     Controller,
@@ -21,7 +20,6 @@ from rigid_envs.scores.policies import (
     system_of,
 )
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries
-from rigid_envs.scores.theory import TheoreticalLimit, _rows, least_time
 from rigid_envs.systems.dynamic_ball.controllers import HeldBall, PlateRegulator, PushAlong
 from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDynamic
 from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate

@@ -1,7 +1,5 @@
 """Symmetries of a ball on a table that is tilted, relative to a commanded point."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Ball with inertia that rolls without slipping on a plate: level, tilting or a turntable."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

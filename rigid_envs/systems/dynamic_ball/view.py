@@ -1,7 +1,5 @@
 """Views of the ball with inertia: on a table that tilts or turns, and parking by a force."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import replace
 
@@ -12,9 +10,7 @@ from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball.view import INSIDE, BallParkView, BallView
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes
-from rigid_envs.watch.scene import Arrow, Arrows, Camera, Floor, Mesh, Part, Pose, Trace
-from rigid_envs.watch.views import above, ghost, scaled
+from rigid_envs.watch import meshes, views
 
 BELOW = 1.0  # height of the middle of the table above the floor, at least [m]
 
@@ -64,46 +60,46 @@ class DynamicBallView(BallView):
         (c, d), (s, t) = np.cos(half), np.sin(half)
         return np.array([c * d, s * d, c * t, s * t])
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Also the table and its foot."""
-        plate = Part(table(self.edge, 0.04 * self.edge))
-        return super().parts() | {"plate": plate, "foot": Part(meshes.stand())}
+        plate = views.Part(table(self.edge, 0.04 * self.edge))
+        return super().parts() | {"plate": plate, "foot": views.Part(meshes.stand())}
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """The whole table."""
         high = 0.2 * self.radius
-        return Camera((0.0, 0.0, high), 3.9 * self.edge, azimuth=-60.0, elevation=32.0)
+        return views.Camera((0.0, 0.0, high), 3.9 * self.edge, azimuth=-60.0, elevation=32.0)
 
-    def floor(self) -> Floor | None:
+    def floor(self) -> views.Floor | None:
         """Below the table."""
-        return Floor(-BELOW - 0.15 * self.edge, 8.0 * self.edge, 1.0)
+        return views.Floor(-BELOW - 0.15 * self.edge, 8.0 * self.edge, 1.0)
 
-    def vectors(self) -> dict[str, Arrow]:
+    def vectors(self) -> dict[str, views.Arrow]:
         """Force and velocity."""
         width = 0.12 * self.radius
         return {
-            "input": Arrow(meshes.INPUT, width, "force"),
-            "velocity": Arrow(meshes.SKY, width, "v"),
+            "input": views.Arrow(meshes.INPUT, width, "force"),
+            "velocity": views.Arrow(meshes.SKY, width, "v"),
         }
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """The path on the table goes with it."""
-        path = Trace(meshes.PATH, 0.06 * self.radius, part="plate")
+        path = views.Trace(meshes.PATH, 0.06 * self.radius, part="plate")
         return super().traces() | {"path": path}
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The table turns about its middle."""
         foot = (0.04 * self.edge, 0.3 * self.edge, BELOW + 0.11 * self.edge)
         return super().poses(moment) | {
-            "plate": Pose(q=self.table_attitude(moment)),
-            "foot": Pose((0.0, 0.0, -foot[0]), scale=(foot[1], foot[1], foot[2])),
+            "plate": views.Pose(q=self.table_attitude(moment)),
+            "foot": views.Pose((0.0, 0.0, -foot[0]), scale=(foot[1], foot[1], foot[2])),
         }
 
-    def arrows(self, moment: Moment) -> Arrows:
+    def arrows(self, moment: Moment) -> views.Arrows:
         """Also the velocity, from the top of the ball."""
         velocity = self.system.accessors["velocity_world"](moment.y)
         top = self.centre(moment) + 1.05 * self.radius * self.normal(moment)
-        return super().arrows(moment) | {"velocity": (top, scaled(velocity, 1.0, 4.0))}
+        return super().arrows(moment) | {"velocity": (top, views.scaled(velocity, 1.0, 4.0))}
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """The contact on the table is given in its axes."""
@@ -120,30 +116,30 @@ class BallParkDynamicView(BallParkView, DynamicBallView):
         """Largest force [N]."""
         return float(self.task.force)
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """From higher above."""
         return replace(super().camera(), elevation=46.0)
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """The floor is the plate; a ring is its edge."""
-        ring = Part(meshes.edge_ring(), shadow=False, shiny=False)
+        ring = views.Part(meshes.edge_ring(), shadow=False, shiny=False)
         return {**BallView.parts(self), **self.upright_goal(), "edge": ring}
 
-    def floor(self) -> Floor | None:
+    def floor(self) -> views.Floor | None:
         """The plate."""
-        return Floor(0.0, 5.0 * self.edge, 1.0)
+        return views.Floor(0.0, 5.0 * self.edge, 1.0)
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """The plate rests."""
         return BallView.traces(self)
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """Ball, ghost and edge."""
         wide, centre = self.edge, (0.0, 0.0, self.radius)
         return {
             "ball": self.ball_pose(moment),
-            "goal": Pose(centre, scale=(INSIDE * self.radius,) * 3),
-            "edge": Pose((0.0, 0.0, 0.01), scale=(wide, wide, 1.0)),
+            "goal": views.Pose(centre, scale=(INSIDE * self.radius,) * 3),
+            "edge": views.Pose((0.0, 0.0, 0.01), scale=(wide, wide, 1.0)),
         }
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
@@ -164,37 +160,40 @@ class BallPlateView(DynamicBallView):
         """Largest rate of a tilt [rad/s]."""
         return float(self.task.tilt_rate)
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Also the place and the ghost."""
-        goals = {"goal": ghost(goal_ball(), 0.35), "place": ghost(meshes.goal_disk(), 0.9)}
+        goals = {
+            "goal": views.ghost(goal_ball(), 0.35),
+            "place": views.ghost(meshes.goal_disk(), 0.9),
+        }
         return super().parts() | goals
 
-    def vectors(self) -> dict[str, Arrow]:
+    def vectors(self) -> dict[str, views.Arrow]:
         """The input is the rate of tilting, a vector along the axis of that turn."""
-        return super().vectors() | {"input": Arrow(meshes.INPUT, 0.12, "rate of tilt")}
+        return super().vectors() | {"input": views.Arrow(meshes.INPUT, 0.12, "rate of tilt")}
 
     def goal(self, moment: Moment) -> Array:
         """The commanded point in plate axes [m], shape (3,)."""
         return np.array([moment.aux["point_X"], moment.aux["point_Y"], 0.0])
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The goal goes with the table."""
         plate = self.plate(moment)
         q, goal = self.tilted(moment), self.goal(moment)
-        place = plate @ above(goal, 0.02)
-        ball = plate @ above(goal, self.radius)
+        place = plate @ views.above(goal, 0.02)
+        ball = plate @ views.above(goal, self.radius)
         return super().poses(moment) | {
-            "place": Pose(place, q, (0.3, 0.3, 1.0)),
-            "goal": Pose(ball, q, (INSIDE * self.radius,) * 3),
+            "place": views.Pose(place, q, (0.3, 0.3, 1.0)),
+            "goal": views.Pose(ball, q, (INSIDE * self.radius,) * 3),
         }
 
-    def arrows(self, moment: Moment) -> Arrows:
+    def arrows(self, moment: Moment) -> views.Arrows:
         """The rate of tilting, at the edge of the table nearest to the camera."""
         plate = self.plate(moment)
         rate = plate @ np.append(self.system.accessors["tilt_rate"](moment.y), 0.0)
         start = plate @ np.array([0.0, 0.0, 0.06])
         return super().arrows(moment) | {
-            "input": (start, scaled(rate, 0.6 * self.edge / self.fastest))
+            "input": (start, views.scaled(rate, 0.6 * self.edge / self.fastest))
         }
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
@@ -209,13 +208,13 @@ class BallPlateView(DynamicBallView):
 
 
 @functools.cache
-def goal_ball() -> Mesh:
+def goal_ball() -> meshes.Mesh:
     """Ball of radius 1 in one colour: a place, whatever the attitude."""
     return meshes.ball(1.0, meshes.GREEN, n=14)
 
 
 @functools.cache
-def table(radius: float = 1.0, thickness: float = 0.1) -> Mesh:
+def table(radius: float = 1.0, thickness: float = 0.1) -> meshes.Mesh:
     """Disk below z = 0, its upper face with rings and sectors.
 
     Args:

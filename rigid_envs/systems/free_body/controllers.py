@@ -1,7 +1,5 @@
 """Controllers of a free body."""
 
-from __future__ import annotations
-
 import abc
 import math
 from dataclasses import dataclass
@@ -11,16 +9,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import (
-    Array,
-    Bools,
-    array,
-    number,
-    positive,
-    positive_array,
-    positive_fields,
-    require,
-)
+from rigid_envs.base import checks
 from rigid_envs.control.linear import Regulator, clip_to_ball, clip_to_box, lqr, zero_order_hold
 from rigid_envs.control.predictive import Symbols, size
 from rigid_envs.mechanics import rotations
@@ -51,18 +40,18 @@ class SpinController:
     def __post_init__(self) -> None:
         """Check the order of the moments, the rate and the torque."""
         ordered = self.body.I1 < self.body.I2 < self.body.I3
-        require(ordered, self.body, "body", "I1 < I2 < I3: e2 is the intermediate axis")
-        positive_fields(self, rate="rad/s", torque="N m")
+        checks.require(ordered, self.body, "body", "I1 < I2 < I3: e2 is the intermediate axis")
+        checks.positive_fields(self, rate="rad/s", torque="N m")
 
-    def inputs(self, action: npt.ArrayLike) -> Array:
+    def inputs(self, action: npt.ArrayLike) -> checks.Array:
         """Input u of `FreeBody` [N m], shape (..., 3), of actions."""
         return self.torque * np.asarray(action, dtype=np.float64)
 
-    def omega(self, y: npt.ArrayLike) -> Array:
+    def omega(self, y: npt.ArrayLike) -> checks.Array:
         """Angular velocity of states y, shape (..., 7), which are checked; body axes [rad/s]."""
         return self.body.checked_state(y)[..., 4:7]
 
-    def error(self, y: npt.ArrayLike) -> Array:
+    def error(self, y: npt.ArrayLike) -> checks.Array:
         """Error omega - Omega e2 of states y, shape (..., 7); body axes [rad/s]."""
         return self.omega(y) - [0.0, self.rate, 0.0]
 
@@ -103,13 +92,13 @@ class SpinRegulator(SpinController):
     def __post_init__(self) -> None:
         """Check the control period and the weight too."""
         super().__post_init__()
-        positive_fields(self, dt="s", input_weight="rad^2/s^2 / (N m)^2")
+        checks.positive_fields(self, dt="s", input_weight="rad^2/s^2 / (N m)^2")
 
-    def __call__(self, y: npt.ArrayLike) -> Array:
+    def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
         return clip_to_box(self.regulator.feedback(self.error(y)) / self.torque)
 
-    def value(self, y: npt.ArrayLike) -> Array:
+    def value(self, y: npt.ArrayLike) -> checks.Array:
         """Cost to go of states y, shape (..., 7), without limits; shape (...) [rad^2/s^2]."""
         return self.regulator.value(self.error(y))
 
@@ -131,7 +120,7 @@ _STUCK = 0.2  # of Omega: how far along the unstable direction of -e2 a spin is 
 class Saddle(Shape):
     """Coordinates along the unstable and stable directions of the intermediate axis."""
 
-    def coordinates(self, omega: Array) -> tuple[Array, Array]:
+    def coordinates(self, omega: checks.Array) -> tuple[checks.Array, checks.Array]:
         """(d, s) of angular velocities, shape (..., 3)."""
         side = self.ratio * omega[..., 2]
         return omega[..., 0] - side, omega[..., 0] + side
@@ -190,11 +179,11 @@ class SeparatrixSteering(SpinController):
     def __post_init__(self) -> None:
         """Check the numbers and the actuators too."""
         super().__post_init__()
-        positive_fields(self, dt="s", gain="1", input_weight="rad^2/s^2 / (N m)^2")
+        checks.positive_fields(self, dt="s", gain="1", input_weight="rad^2/s^2 / (N m)^2")
         expected = "an actuator about e1 or e3: torque about e2 alone keeps 2 T I2 - L^2"
-        require(self.axes[0] or self.axes[2], self.axes, "axes", expected)
+        checks.require(self.axes[0] or self.axes[2], self.axes, "axes", expected)
 
-    def __call__(self, y: npt.ArrayLike) -> Array:
+    def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7).
 
         Entries without an actuator are 0.
@@ -206,12 +195,12 @@ class SeparatrixSteering(SpinController):
         action = np.where(self._caught(w)[..., None], self._hold(self.error(y)), steer)
         return clip_to_box(action) * self.axes
 
-    def lyapunov(self, y: npt.ArrayLike) -> Array:
+    def lyapunov(self, y: npt.ArrayLike) -> checks.Array:
         """W of states y, shape (..., 7); of shape (...)."""
         p, E = self._invariants(self.omega(y) / self.rate)
         return np.asarray(0.5 * (p**2 + E**2))
 
-    def steers(self, y: npt.ArrayLike) -> Bools:
+    def steers(self, y: npt.ArrayLike) -> checks.Bools:
         """Whether states y, shape (..., 7), are neither caught nor pushed out of -e2."""
         w = self.omega(y) / self.rate
         return np.asarray(~(self._caught(w) | self._stuck(w)))
@@ -240,29 +229,29 @@ class SeparatrixSteering(SpinController):
         """Components of omega that torque can change near e2: omega2 only by torque about e2."""
         return np.array([0, 1, 2] if self.axes[1] else [0, 2])
 
-    def _invariants(self, w: Array) -> tuple[Array, Array]:
+    def _invariants(self, w: checks.Array) -> tuple[checks.Array, checks.Array]:
         """(p, E) of w = omega / Omega."""
         d, s = self.saddle.coordinates(w)
         return s * d, w[..., 1] ** 2 + self.saddle.share * (d**2 + s**2) - 1.0
 
-    def _gradient(self, w: Array) -> Array:
+    def _gradient(self, w: checks.Array) -> checks.Array:
         """Derivatives of W along w: p = w1^2 - r^2 w3^2, d^2 + s^2 = 2 (w1^2 + r^2 w3^2)."""
         p, E = self._invariants(w)
         square, share = self.saddle.ratio**2, self.saddle.share
         of_p, of_E = [2.0, 0.0, -2.0 * square], [4.0 * share, 2.0, 4.0 * share * square]
         return np.asarray((p[..., None] * of_p + E[..., None] * of_E) * w)
 
-    def _stuck(self, w: Array) -> Bools:
+    def _stuck(self, w: checks.Array) -> checks.Bools:
         _, s = self.saddle.coordinates(w)
         return np.asarray((w[..., 1] < 0.0) & (np.abs(s) < _STUCK))
 
-    def _caught(self, w: Array) -> Bools:
+    def _caught(self, w: checks.Array) -> checks.Bools:
         d, s = self.saddle.coordinates(w)
         _, E = self._invariants(w)
         near = (np.abs(d) < self.reach / self.rate) & (np.abs(s) < _NEAR)
         return np.asarray(near & (np.abs(E) < _OFF) & (w[..., 1] > 0.0))
 
-    def _hold(self, error: Array) -> Array:
+    def _hold(self, error: checks.Array) -> checks.Array:
         """Actions of the catch."""
         action = np.zeros_like(error)
         feedback = self.regulator.feedback(error[..., self._controlled])
@@ -311,15 +300,15 @@ class SingleTorque(SpinController):
     def __post_init__(self) -> None:
         """Check the gains too; a controller that is too weak may be made, to see it fail."""
         super().__post_init__()
-        positive_fields(self, strength="1", damping="1")
+        checks.positive_fields(self, strength="1", damping="1")
 
-    def __call__(self, y: npt.ArrayLike) -> Array:
+    def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 1), of states y, shape (..., 7)."""
         w1, w2, w3 = np.moveaxis(self.omega(y), -1, 0)
         torque = self.eps * w1 * w2 - self.k * w3
         return clip_to_box(np.asarray(torque / self.torque)[..., None])
 
-    def inputs(self, action: npt.ArrayLike) -> Array:
+    def inputs(self, action: npt.ArrayLike) -> checks.Array:
         """Input u of `FreeBody` [N m], shape (..., 3), of actions (..., 1)."""
         return super().inputs(action) * [0.0, 0.0, 1.0]
 
@@ -349,7 +338,7 @@ class SingleTorque(SpinController):
         root = np.sqrt(complex(half**2 - stiffness))
         return np.array([-half + root, -half - root])
 
-    def lyapunov(self, y: npt.ArrayLike) -> Array:
+    def lyapunov(self, y: npt.ArrayLike) -> checks.Array:
         """D of states y, shape (..., 7); of shape (...) [kg^2 m^4/s^2]."""
         I1, I2, I3 = self.body.moments
         w1, _, w3 = np.moveaxis(self.omega(y), -1, 0)
@@ -404,11 +393,11 @@ class EnergyCasimir(SpinController):
     def __post_init__(self) -> None:
         """Check the gains too."""
         super().__post_init__()
-        positive(self.damping, "damping", "1")
-        strong = number(self.strength, "strength", "1") > 1.0
-        require(strong, self.strength, "strength", "more than 1, the threshold")
+        checks.positive(self.damping, "damping", "1")
+        strong = checks.number(self.strength, "strength", "1") > 1.0
+        checks.require(strong, self.strength, "strength", "more than 1, the threshold")
 
-    def __call__(self, y: npt.ArrayLike) -> Array:
+    def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
         w1, w2, _ = np.moveaxis(self.omega(y), -1, 0)
         eps = self.strength * (self.body.I2 - self.body.I1)
@@ -416,11 +405,11 @@ class EnergyCasimir(SpinController):
         torque[..., 2] += eps * w1 * w2
         return clip_to_box(torque / self.torque)
 
-    def lyapunov(self, y: npt.ArrayLike) -> Array:
+    def lyapunov(self, y: npt.ArrayLike) -> checks.Array:
         """V of states y, shape (..., 7); of shape (...) [kg^2 m^4/s^2]."""
         return np.asarray(0.5 * np.sum(self._weights * self.body.moments * self.error(y) ** 2, -1))
 
-    def lyapunov_rate(self, y: npt.ArrayLike) -> Array:
+    def lyapunov_rate(self, y: npt.ArrayLike) -> checks.Array:
         """V' of states y, shape (..., 7), without limits; of shape (...) [kg^2 m^4/s^3]."""
         e1, e2, e3 = np.moveaxis(self.error(y), -1, 0)
         k = self.damping * self.rate * self.body.moments
@@ -433,7 +422,7 @@ class EnergyCasimir(SpinController):
         return 2.0 * self.damping**2 * self.body.I1 * self.body.I3 / (self.body.I3 - self.body.I2)
 
     @property
-    def _weights(self) -> Array:
+    def _weights(self) -> checks.Array:
         """Of I_j times the squares in 2 V."""
         I1, I2, I3 = self.body.moments
         s, a = self._share, (self.strength - 1.0) * (I2 - I1)
@@ -473,16 +462,16 @@ class ForcedFlip(SpinController):
         I1, _, I3 = self.body.moments
         _check_gain(self.gain, 0.5 * (I3 - I1) / math.sqrt(I1 * I3))
 
-    def __call__(self, y: npt.ArrayLike) -> Array:
+    def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
         torque = -self.gain * self.rate * self.body.moments * self._error(y)
         return clip_to_box(torque / self.torque)
 
-    def lyapunov(self, y: npt.ArrayLike) -> Array:
+    def lyapunov(self, y: npt.ArrayLike) -> checks.Array:
         """V of states y, shape (..., 7); of shape (...) [J]."""
         return np.asarray(0.5 * np.sum(self.body.moments * self._error(y) ** 2, axis=-1))
 
-    def _error(self, y: npt.ArrayLike) -> Array:
+    def _error(self, y: npt.ArrayLike) -> checks.Array:
         return self.omega(y) - [0.0, -self.rate, 0.0]
 
 
@@ -530,11 +519,11 @@ class TimedFlip(SpinController):
     def __post_init__(self) -> None:
         """Check the margin and the gain too."""
         super().__post_init__()
-        positive(self.margin, "margin", "1")
+        checks.positive(self.margin, "margin", "1")
         I1, I2, I3 = self.body.moments
         _check_gain(self.gain, 0.5 * math.sqrt(I2 / I1) * (I3 - I1) / math.sqrt(I1 * I3))
 
-    def __call__(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> Array:
+    def __call__(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 3).
 
         Args:
@@ -544,18 +533,18 @@ class TimedFlip(SpinController):
         error = self.omega(y) - self.reference(y, time_left)
         return clip_to_box(-self.gain * self.rate * self.body.moments * error / self.torque)
 
-    def lyapunov(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> Array:
+    def lyapunov(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> checks.Array:
         """V of states y, shape (..., 7); of shape (...) [J]."""
         error = self.omega(y) - self.reference(y, time_left)
         return np.asarray(0.5 * np.sum(self.body.moments * error**2, axis=-1))
 
-    def reference(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> Array:
+    def reference(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> checks.Array:
         """The free motion f to join [rad/s], shape (..., 3); arguments as of a call."""
         r, growth, share = shape = saddle(self.body.moments)
         d, _ = shape.coordinates(self.omega(y) / self.rate)
         most = 1.0 / math.sqrt(share)
         last = 2.0 * self.margin / math.hypot(1.0, 1.0 / r)  # d there: omega1 = d / 2 = -r omega3
-        left = array(time_left, "time_left")
+        left = checks.array(time_left, "time_left")
         phase = growth * self.rate * np.maximum(left, 0.0) - math.acosh(most / last)
         before = left > 0.0
         d_free = np.where(before, np.copysign(most / np.cosh(phase), d), d)
@@ -566,7 +555,7 @@ class TimedFlip(SpinController):
 
 def _check_gain(gain: float, least: float) -> None:
     expected = f"more than {least:.4g}, for the error of this body to decrease"
-    require(number(gain, "gain") > least, gain, "gain", expected)
+    checks.require(checks.number(gain, "gain") > least, gain, "gain", expected)
 
 
 # Taking the angular momentum of a body by impulses: at least cost, and in least time.
@@ -592,20 +581,20 @@ class ImpulseController(abc.ABC):
 
     def __post_init__(self) -> None:
         """Check the impulse."""
-        positive(self.impulse, "impulse", "N m s")
+        checks.positive(self.impulse, "impulse", "N m s")
 
     @abc.abstractmethod
-    def __call__(self, y: npt.ArrayLike) -> Array:
+    def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, impulses over the largest, shape (..., 3), of states y, shape (..., 7)."""
 
-    def after(self, y: npt.ArrayLike, action: npt.ArrayLike) -> Array:
+    def after(self, y: npt.ArrayLike, action: npt.ArrayLike) -> checks.Array:
         """States, shape (..., 7), after the impulses of actions, shape (..., 3); then it drifts."""
         state = self.body.checked_state(y).copy()
         kick = self.impulse * np.asarray(action, dtype=np.float64)
         state[..., 4:7] += kick / self.body.moments
         return state
 
-    def momentum(self, y: npt.ArrayLike) -> Array:
+    def momentum(self, y: npt.ArrayLike) -> checks.Array:
         """L in body axes of states y, shape (..., 7), which are checked [N m s]."""
         return self.body.L_body(self.body.checked_state(y))
 
@@ -643,9 +632,11 @@ class MomentumRegulator(ImpulseController):
     def __post_init__(self) -> None:
         """Check the weights too."""
         super().__post_init__()
-        positive_fields(self, weight_momentum="1 / (N m s)^2", weight_impulse="1 / (N m s)^2")
+        checks.positive_fields(
+            self, weight_momentum="1 / (N m s)^2", weight_impulse="1 / (N m s)^2"
+        )
 
-    def __call__(self, y: npt.ArrayLike) -> Array:
+    def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, impulses over the largest, shape (..., 3), of states y, shape (..., 7)."""
         return clip_to_ball(-self.gain * self.momentum(y) / self.impulse)
 
@@ -665,7 +656,7 @@ class MomentumRegulator(ImpulseController):
         """The |L| up to which the controller is not limited [N m s]."""
         return self.impulse / self.gain
 
-    def value(self, y: npt.ArrayLike) -> Array:
+    def value(self, y: npt.ArrayLike) -> checks.Array:
         """Cost to go of states y, shape (..., 7), with |L| <= `reach`; shape (...)."""
         return np.asarray(self.riccati * np.sum(self.momentum(y) ** 2, axis=-1))
 
@@ -685,11 +676,11 @@ class MomentumBrake(ImpulseController):
         ValueError: an impulse that is not positive.
     """
 
-    def __call__(self, y: npt.ArrayLike) -> Array:
+    def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, impulses over the largest, shape (..., 3), of states y, shape (..., 7)."""
         return clip_to_ball(-self.momentum(y) / self.impulse)
 
-    def n_steps(self, y: npt.ArrayLike) -> Array:
+    def n_steps(self, y: npt.ArrayLike) -> checks.Array:
         """Least number of impulses to rest of states y, shape (..., 7); of shape (...)."""
         return np.asarray(np.ceil(np.linalg.norm(self.momentum(y), axis=-1) / self.impulse))
 
@@ -734,9 +725,9 @@ class QuaternionPD:
 
     def __post_init__(self) -> None:
         """Check the torque and the stiffness."""
-        positive_fields(self, torque="N m", stiffness="1")
+        checks.positive_fields(self, torque="N m", stiffness="1")
 
-    def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> Array:
+    def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 3).
 
         Args:
@@ -747,7 +738,7 @@ class QuaternionPD:
         acceleration = 2.0 * self.k * e[..., 1:] + self.c * omega
         return clip_to_box(-self.body.moments * acceleration / self.torque)
 
-    def inputs(self, action: npt.ArrayLike) -> Array:
+    def inputs(self, action: npt.ArrayLike) -> checks.Array:
         """Input u of `FreeBody` [N m], shape (..., 3), of actions."""
         return self.torque * np.asarray(action, dtype=np.float64)
 
@@ -770,12 +761,12 @@ class QuaternionPD:
         most = self.torque / (2.0 * self.k * float(self.body.moments.max()))
         return most**2 / 5.0
 
-    def lyapunov(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> Array:
+    def lyapunov(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> checks.Array:
         """V of states (..., 7) and goals (..., 4); of shape (...)."""
         e, omega = self._error(y, goal)
         return np.asarray(np.sum(omega**2, axis=-1) / (4.0 * self.k) + 2.0 * (1.0 - e[..., 0]))
 
-    def lyapunov_rate(self, y: npt.ArrayLike) -> Array:
+    def lyapunov_rate(self, y: npt.ArrayLike) -> checks.Array:
         """V' of states (..., 7) without limits; of shape (...) [1/s]. The goal is not in it."""
         omega = self.body.checked_state(y)[..., 4:7]
         I1, I2, I3 = self.body.moments
@@ -783,14 +774,14 @@ class QuaternionPD:
         lost = self.c * np.sum(omega**2, axis=-1) + n * np.prod(omega, axis=-1)
         return np.asarray(-lost / (2.0 * self.k))
 
-    def _error(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> tuple[Array, Array]:
+    def _error(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> tuple[checks.Array, checks.Array]:
         """The error e, w >= 0, and omega."""
         state = self.body.checked_state(y)
         e = rotations.multiply(rotations.conjugate(goal), state[..., :4])
         return rotations.canonicalize(e), state[..., 4:]
 
 
-def slew_acceleration(moments: npt.ArrayLike, torque: float) -> Array:
+def slew_acceleration(moments: npt.ArrayLike, torque: float) -> checks.Array:
     """Bound on the growth of a body's rate from rest [rad/s^2].
 
     ``a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)``: the energy grows by
@@ -807,12 +798,12 @@ def slew_acceleration(moments: npt.ArrayLike, torque: float) -> Array:
     Raises:
         ValueError: moments or torque that are not positive and finite.
     """
-    positive(torque, "torque", "N m")
-    inverse = 1.0 / positive_array(moments, "moments", "kg m^2")
+    checks.positive(torque, "torque", "N m")
+    inverse = 1.0 / checks.positive_array(moments, "moments", "kg m^2")
     return np.asarray(torque * np.sqrt(inverse.sum(axis=0) * inverse.max(axis=0)))
 
 
-def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Array:
+def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> checks.Array:
     """Lower bound [s] on the time of a turn from rest to rest by an angle: ``2 sqrt(angle / a)``.
 
     The rate is at most a t (`slew_acceleration`), backwards from the goal likewise, and the angle
@@ -827,7 +818,7 @@ def least_slew_time(body: FreeBody, torque: float, angle: npt.ArrayLike) -> Arra
         Times of the shape of angle.
     """
     a = slew_acceleration(body.moments, torque)
-    return np.asarray(2.0 * np.sqrt(array(angle, "angle") / a))
+    return np.asarray(2.0 * np.sqrt(checks.array(angle, "angle") / a))
 
 
 # Problems for predictive control: a spin about the middle axis, a top on its pivot, a ball.
@@ -856,9 +847,9 @@ class HeldSpin(SpinController):
     def __post_init__(self) -> None:
         """Check the weight too."""
         super().__post_init__()
-        positive(self.weight, "weight", "N m / (rad/s)^2")
+        checks.positive(self.weight, "weight", "N m / (rad/s)^2")
 
-    def coordinates(self, y: npt.ArrayLike) -> Array:
+    def coordinates(self, y: npt.ArrayLike) -> checks.Array:
         """Angular velocity of states y."""
         return self.omega(y)
 

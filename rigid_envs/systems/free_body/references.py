@@ -1,7 +1,5 @@
 """Controllers bound to the tasks of a free body, what they read in observations, and bounds."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -10,8 +8,9 @@ import numpy as np
 from rigid_envs.base.checks import Array
 from rigid_envs.control.planning import Conditions
 from rigid_envs.control.predictive import PredictiveControl, doubling
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.mechanics import rotations
+from rigid_envs.scores.best import TheoreticalLimit, _rows, least_time
 from rigid_envs.scores.policies import (
     PREDICTION_PERIOD,
     Controller,
@@ -20,20 +19,7 @@ from rigid_envs.scores.policies import (
     system_of,
 )
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries, goal_attitude
-from rigid_envs.scores.theory import TheoreticalLimit, _rows, least_time
-from rigid_envs.systems.free_body.controllers import (
-    EnergyCasimir,
-    ForcedFlip,
-    HeldSpin,
-    MomentumBrake,
-    MomentumRegulator,
-    QuaternionPD,
-    SeparatrixSteering,
-    SingleTorque,
-    SpinRegulator,
-    TimedFlip,
-    slew_acceleration,
-)
+from rigid_envs.systems.free_body import controllers
 from rigid_envs.systems.free_body.tasks.axis_flip import AxisFlip
 from rigid_envs.systems.free_body.tasks.detumble import Detumble
 from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxis
@@ -57,7 +43,9 @@ def _turn(envs: RigidVectorEnv) -> Array:
         rotations.distance(envs.y[:, :4], envs.auxiliary(*task.aux_names)) - task.angle_tolerance
     )
     rate = np.sqrt(moments.max(axis=0) / moments.min(axis=0)) * task.rate_tolerance
-    return least_time(np.maximum(angle, 0.0), slew_acceleration(moments, task.torque), rate)
+    return least_time(
+        np.maximum(angle, 0.0), controllers.slew_acceleration(moments, task.torque), rate
+    )
 
 
 def _momentum(envs: RigidVectorEnv) -> Array:
@@ -95,25 +83,29 @@ REORIENT_TIME = TheoreticalLimit(
 
 def spin_regulator(task: IntermediateAxis) -> Controller:
     """Linear-quadratic regulator of the spin."""
-    return feedback(SpinRegulator(system_of(task), task.spin_rate, task.torque, task.dt))
+    return feedback(
+        controllers.SpinRegulator(system_of(task), task.spin_rate, task.torque, task.dt)
+    )
 
 
 def energy_casimir(task: IntermediateAxis) -> Controller:
     """Energy-Casimir feedback of the spin."""
-    return feedback(EnergyCasimir(system_of(task), task.spin_rate, task.torque))
+    return feedback(controllers.EnergyCasimir(system_of(task), task.spin_rate, task.torque))
 
 
 def single_torque(
     task: IntermediateAxisSingle, strength: float = 3.0, damping: float = 5.0 / 3.0
 ) -> Controller:
     """Energy-Casimir feedback by one torque; see `SingleTorque` for its two gains."""
-    return feedback(SingleTorque(system_of(task), task.spin_rate, task.torque, strength, damping))
+    return feedback(
+        controllers.SingleTorque(system_of(task), task.spin_rate, task.torque, strength, damping)
+    )
 
 
 def separatrix_steering(task: SpinCapture) -> Controller:
     """Steering onto the separatrix that leads to e2, and a regulator there."""
     first, second, third = (torque > 0.0 for torque in task.torques())
-    steering = SeparatrixSteering(
+    steering = controllers.SeparatrixSteering(
         system_of(task), task.spin_rate, task.torque, task.dt, axes=(first, second, third)
     )
     return feedback(steering)
@@ -122,12 +114,14 @@ def separatrix_steering(task: SpinCapture) -> Controller:
 def timed_flip(task: AxisFlip) -> Controller:
     """Tracking of the free flip that ends within 0.6 of the tolerance at the commanded time."""
     margin = 0.6 * task.tolerance
-    return feedback(TimedFlip(system_of(task), task.spin_rate, task.torque, margin), "time_left")
+    return feedback(
+        controllers.TimedFlip(system_of(task), task.spin_rate, task.torque, margin), "time_left"
+    )
 
 
 def forced_flip(task: AxisFlip) -> Controller:
     """The flip by linear feedback, at once."""
-    return feedback(ForcedFlip(system_of(task), task.spin_rate, task.torque))
+    return feedback(controllers.ForcedFlip(system_of(task), task.spin_rate, task.torque))
 
 
 def momentum_regulator(task: Detumble) -> Controller:
@@ -135,8 +129,8 @@ def momentum_regulator(task: Detumble) -> Controller:
     return feedback(_momentum_regulator(task))
 
 
-def _momentum_regulator(task: Detumble) -> MomentumRegulator:
-    return MomentumRegulator(
+def _momentum_regulator(task: Detumble) -> controllers.MomentumRegulator:
+    return controllers.MomentumRegulator(
         system_of(task),
         task.impulse,
         weight_momentum=task.weight_momentum / task.start_momentum**2,
@@ -146,12 +140,12 @@ def _momentum_regulator(task: Detumble) -> MomentumRegulator:
 
 def momentum_brake(task: Detumble) -> Controller:
     """Time-optimal impulses: rest in the least number of steps."""
-    return feedback(MomentumBrake(system_of(task), task.impulse))
+    return feedback(controllers.MomentumBrake(system_of(task), task.impulse))
 
 
 def quaternion_pd(task: Reorient) -> Controller:
     """Quaternion feedback to the goal attitude."""
-    return feedback(QuaternionPD(system_of(task), task.torque), *task.aux_names)
+    return feedback(controllers.QuaternionPD(system_of(task), task.torque), *task.aux_names)
 
 
 # Predictive controllers; of drawn parameters they know the middle. They need CasADi.
@@ -159,7 +153,7 @@ def quaternion_pd(task: Reorient) -> Controller:
 
 def held_spin(task: IntermediateAxis) -> Controller:
     """Least torque impulse over a horizon of 52 control periods."""
-    problem = HeldSpin(system_of(task), task.spin_rate, task.torque)
+    problem = controllers.HeldSpin(system_of(task), task.spin_rate, task.torque)
     controller = PredictiveControl(problem, doubling(task.dt, 4, 4, 10))
     return predicting(controller, task.dt, PREDICTION_PERIOD)
 

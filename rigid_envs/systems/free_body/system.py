@@ -1,7 +1,5 @@
 """Free rigid body under body torques: Euler's equations and the attitude."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Views of the tasks of a free body, and its polhode beside them."""
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Any, ClassVar
@@ -13,31 +11,7 @@ from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes
-from rigid_envs.watch.replays.panels import (
-    INSET_BLUE,
-    INSET_GREEN,
-    INSET_INK,
-    INSET_RED,
-    LIFT,
-    body_axes,
-)
-from rigid_envs.watch.scene import (
-    Arrow,
-    Arrows,
-    Camera,
-    Color,
-    Floor,
-    Mesh,
-    Panel,
-    Part,
-    Pose,
-    Scene,
-    SceneFrame,
-    Trace,
-    from_z,
-)
-from rigid_envs.watch.views import View, ghost, scaled
+from rigid_envs.watch import meshes, views
 
 # Views of free bodies: they float inside a faint sphere, on which the tip of an axis writes.
 
@@ -59,7 +33,7 @@ def sides(moments: npt.ArrayLike) -> Array:
     return np.asarray(2.1 * shape / np.linalg.norm(shape))
 
 
-class FreeBodyView(View):
+class FreeBodyView(views.View):
     """A box with the moments of the body, omega, L and the torque.
 
     Attributes:
@@ -85,11 +59,11 @@ class FreeBodyView(View):
         """Input that is drawn 1.2 m long [N m]."""
         return float(getattr(self.task, "torque", 1.0))
 
-    def shape(self) -> Mesh | None:
+    def shape(self) -> meshes.Mesh | None:
         """Mesh that is shown where I1 <= I2 <= I3, of nominal size; None for a box."""
         return None
 
-    def body(self) -> tuple[Mesh, tuple[float, float, float]]:
+    def body(self) -> tuple[meshes.Mesh, tuple[float, float, float]]:
         """Mesh of the body, and its scale."""
         moments, mesh = self.system.moments, self.shape()
         if mesh is not None and np.all(np.diff(moments) >= 0.0):
@@ -97,45 +71,54 @@ class FreeBodyView(View):
         x, y, z = sides(moments).tolist()
         return meshes.brick(), (x, y, z)
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Body, sphere, and arrow of the goal."""
         mesh, self.scale = self.body()
-        parts = {"body": Part(mesh), "sphere": Part(graticule(), shadow=False, shiny=False)}
-        return parts if self.goal is None else parts | {"goal": ghost(spin_arrow(), 0.5)}
+        parts = {
+            "body": views.Part(mesh),
+            "sphere": views.Part(graticule(), shadow=False, shiny=False),
+        }
+        return parts if self.goal is None else parts | {"goal": views.ghost(spin_arrow(), 0.5)}
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """The whole sphere and the arrows."""
-        return Camera(target=(0.0, 0.0, 0.25), distance=7.0, azimuth=-55.0, elevation=24.0)
+        return views.Camera(target=(0.0, 0.0, 0.25), distance=7.0, azimuth=-55.0, elevation=24.0)
 
-    def vectors(self) -> dict[str, Arrow]:
+    def vectors(self) -> dict[str, views.Arrow]:
         """Angular velocity, angular momentum, input."""
         return {
-            "L": Arrow(meshes.MOMENTUM, 0.045, "L"),
-            "omega": Arrow(meshes.OMEGA, 0.045, "omega"),
-            "input": Arrow(meshes.INPUT, 0.07, "torque"),
+            "L": views.Arrow(meshes.MOMENTUM, 0.045, "L"),
+            "omega": views.Arrow(meshes.OMEGA, 0.045, "omega"),
+            "input": views.Arrow(meshes.INPUT, 0.07, "torque"),
         }
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """Path of the axis on the sphere."""
-        return {"axis": Trace(meshes.PATH, 0.025, length=250)}
+        return {"axis": views.Trace(meshes.PATH, 0.025, length=250)}
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The body turns about the middle of the sphere, which stays."""
         q = self.system.accessors["q"](moment.y)
-        poses = {"body": Pose(q=q, scale=self.scale), "sphere": Pose(scale=(SPHERE,) * 3)}
+        poses = {
+            "body": views.Pose(q=q, scale=self.scale),
+            "sphere": views.Pose(scale=(SPHERE,) * 3),
+        }
         if self.goal is not None:
-            turn = rotations.multiply(q, from_z(self.goal))
-            poses["goal"] = Pose(q=turn, scale=(1.3, 1.3, SPHERE))
+            turn = rotations.multiply(q, views.from_z(self.goal))
+            poses["goal"] = views.Pose(q=turn, scale=(1.3, 1.3, SPHERE))
         return poses
 
-    def arrows(self, moment: Moment) -> Arrows:
+    def arrows(self, moment: Moment) -> views.Arrows:
         """All from the middle."""
         read, centre = self.system.accessors, (0.0, 0.0, 0.0)
         torque = rotations.rotate(read["q"](moment.y), moment.u)
         return {
-            "L": (centre, scaled(read["L_world"](moment.y), SPHERE / self.momentum, LONGEST)),
-            "omega": (centre, scaled(read["omega_world"](moment.y), SPHERE / self.rate, LONGEST)),
-            "input": (centre, scaled(torque, 1.2 / self.strongest, LONGEST)),
+            "L": (centre, views.scaled(read["L_world"](moment.y), SPHERE / self.momentum, LONGEST)),
+            "omega": (
+                centre,
+                views.scaled(read["omega_world"](moment.y), SPHERE / self.rate, LONGEST),
+            ),
+            "input": (centre, views.scaled(torque, 1.2 / self.strongest, LONGEST)),
         }
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
@@ -148,7 +131,7 @@ class FreeBodyView(View):
         return (f"omega ({a:.2f}, {b:.2f}, {c:.2f}) rad/s in body axes",)
 
     @staticmethod
-    def insets(system: Any, y: Array, times: Array, driven: bool) -> list[Panel]:
+    def insets(system: Any, y: Array, times: Array, driven: bool) -> list[views.Panel]:
         """The polhode; of a free motion Poinsot's construction."""
         if driven or np.linalg.norm(system.omega_body(y), axis=-1).min() < _REST:
             return [_polhode(system, y, times)]
@@ -165,7 +148,7 @@ class IntermediateAxisRandomView(FreeBodyView):
 class IntermediateAxisView(IntermediateAxisRandomView):
     """A tennis racket whose spin is to be about e2."""
 
-    def shape(self) -> Mesh | None:
+    def shape(self) -> meshes.Mesh | None:
         """The body."""
         return tennis_racket()
 
@@ -173,7 +156,7 @@ class IntermediateAxisView(IntermediateAxisRandomView):
 class IntermediateAxisSingleView(IntermediateAxisView):
     """A book whose spin is to be about e2."""
 
-    def shape(self) -> Mesh | None:
+    def shape(self) -> meshes.Mesh | None:
         """The body."""
         return book()
 
@@ -181,7 +164,7 @@ class IntermediateAxisSingleView(IntermediateAxisView):
 class SpinCaptureView(IntermediateAxisView):
     """A T-handle whose spin is to be about e2."""
 
-    def shape(self) -> Mesh | None:
+    def shape(self) -> meshes.Mesh | None:
         """The body."""
         return t_handle()
 
@@ -200,7 +183,7 @@ class AxisFlipView(SpinCaptureView):
 class DetumbleView(FreeBodyView):
     """A tumbling satellite; L begins within the sphere and is to become 0."""
 
-    def shape(self) -> Mesh | None:
+    def shape(self) -> meshes.Mesh | None:
         """The body."""
         return satellite()
 
@@ -219,14 +202,14 @@ class DetumbleView(FreeBodyView):
         """Largest impulse [N m s]."""
         return float(self.task.impulse)
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """Path of the tip of L."""
-        return {"L": Trace(meshes.MOMENTUM, 0.025)}
+        return {"L": views.Trace(meshes.MOMENTUM, 0.025)}
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """Tip of L."""
         L = self.system.accessors["L_world"](moment.y)
-        return {"L": scaled(L, SPHERE / self.momentum, LONGEST)}
+        return {"L": views.scaled(L, SPHERE / self.momentum, LONGEST)}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Angular momentum."""
@@ -238,7 +221,7 @@ class DetumbleView(FreeBodyView):
 class ReorientView(FreeBodyView):
     """A satellite, and its goal attitude as a ghost."""
 
-    def shape(self) -> Mesh | None:
+    def shape(self) -> meshes.Mesh | None:
         """The body."""
         return satellite()
 
@@ -247,18 +230,18 @@ class ReorientView(FreeBodyView):
         """Rate that full torque about e2 gives in 5 s [rad/s]."""
         return 5.0 * self.strongest / float(self.system.moments[1])
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Also the ghost."""
-        return super().parts() | {"goal": ghost(self.body()[0])}
+        return super().parts() | {"goal": views.ghost(self.body()[0])}
 
     def goal_attitude(self, moment: Moment) -> Array:
         """Quaternion of the goal."""
         return np.array([moment.aux[f"goal_{k}"] for k in "wxyz"])
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """Also the ghost."""
         q = self.goal_attitude(moment)
-        return super().poses(moment) | {"goal": Pose(q=q, scale=self.scale)}
+        return super().poses(moment) | {"goal": views.Pose(q=q, scale=self.scale)}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Angle to the goal, and rate."""
@@ -273,7 +256,7 @@ class ReorientView(FreeBodyView):
 _REST = 1e-9  # rad/s; a body that turns more slowly has no axis of rotation
 
 
-def _poinsot(body: FreeBody, y: Array, times: Array) -> Panel:
+def _poinsot(body: FreeBody, y: Array, times: Array) -> views.Panel:
     """The inertia ellipsoid rolls on the invariable plane: polhode on it, herpolhode below.
 
     ``rho = omega / sqrt(2 T)`` is on the ellipsoid ``rho . I rho = 1``, whose tangent plane
@@ -289,31 +272,31 @@ def _poinsot(body: FreeBody, y: Array, times: Array) -> Panel:
     rho = size * body.omega_body(y) / root[:, None]
     contact = rotations.rotate(q, rho)
     height = -size * float(root[0] / np.linalg.norm(L))
-    scene = Scene(
-        parts={"ellipsoid": Part(meshes.chequered_ball(), opacity=0.34)},
-        camera=Camera((0.0, 0.0, 0.4 * height), 4.8, -60.0, 24.0, 32.0),
-        arrows={"omega": Arrow(INSET_GREEN, 0.035, "\u03c9")},
+    scene = views.Scene(
+        parts={"ellipsoid": views.Part(meshes.chequered_ball(), opacity=0.34)},
+        camera=views.Camera((0.0, 0.0, 0.4 * height), 4.8, -60.0, 24.0, 32.0),
+        arrows={"omega": views.Arrow(views.INSET_GREEN, 0.035, "\u03c9")},
         traces={
-            "separatrices": Trace(INSET_INK, 0.012, "ellipsoid"),
-            "polhode": Trace(INSET_BLUE, 0.05, "ellipsoid"),
-            "herpolhode": Trace(INSET_RED, 0.05),
+            "separatrices": views.Trace(views.INSET_INK, 0.012, "ellipsoid"),
+            "polhode": views.Trace(views.INSET_BLUE, 0.05, "ellipsoid"),
+            "herpolhode": views.Trace(views.INSET_RED, 0.05),
         },
-        floor=Floor(height, 4.4, 0.4),
+        floor=views.Floor(height, 4.4, 0.4),
     )
     semi = _semi_axes(body)
     frames = [
-        SceneFrame(
-            {"ellipsoid": Pose(q=attitude, scale=semi)},
+        views.SceneFrame(
+            {"ellipsoid": views.Pose(q=attitude, scale=semi)},
             {"omega": ((0.0, 0.0, 0.0), point)},
-            {"polhode": inside / semi * LIFT, "herpolhode": (*point[:2], height + 0.012)},
+            {"polhode": inside / semi * views.LIFT, "herpolhode": (*point[:2], height + 0.012)},
         )
         for attitude, point, inside in zip(q, contact, rho, strict=True)
     ]
     title = "Polhode and herpolhode"
-    return Panel(title, scene, frames, times, {"separatrices": _separatrices(body)})
+    return views.Panel(title, scene, frames, times, {"separatrices": _separatrices(body)})
 
 
-def _polhode(body: FreeBody, y: Array, times: Array) -> Panel:
+def _polhode(body: FreeBody, y: Array, times: Array) -> views.Panel:
     """Path of the axis of rotation on the inertia ellipsoid, in body axes."""
     semi = _semi_axes(body)
     omega = body.omega_body(y)
@@ -322,25 +305,25 @@ def _polhode(body: FreeBody, y: Array, times: Array) -> Panel:
     turning = rate > _REST
     rho = np.full_like(omega, np.nan)
     rho[turning] = omega[turning] / root[turning, None] * np.sqrt(body.moments.min())
-    scene = Scene(
-        parts={"ellipsoid": Part(meshes.chequered_ball(), opacity=0.45)},
-        camera=Camera((0.0, 0.0, 0.12), 5.0, 40.0, 22.0, 32.0),
-        arrows={"omega": Arrow(INSET_GREEN, 0.035, "\u03c9"), **body_axes()},
+    scene = views.Scene(
+        parts={"ellipsoid": views.Part(meshes.chequered_ball(), opacity=0.45)},
+        camera=views.Camera((0.0, 0.0, 0.12), 5.0, 40.0, 22.0, 32.0),
+        arrows={"omega": views.Arrow(views.INSET_GREEN, 0.035, "\u03c9"), **views.body_axes()},
         traces={
-            "separatrices": Trace(INSET_INK, 0.012, "ellipsoid"),
-            "polhode": Trace(INSET_BLUE, 0.05, "ellipsoid"),
+            "separatrices": views.Trace(views.INSET_INK, 0.012, "ellipsoid"),
+            "polhode": views.Trace(views.INSET_BLUE, 0.05, "ellipsoid"),
         },
     )
     axes = {f"e{k + 1}": (semi[k] * e, 0.28 * e) for k, e in enumerate(np.eye(3))}
-    pose = {"ellipsoid": Pose(scale=semi)}
+    pose = {"ellipsoid": views.Pose(scale=semi)}
     frames = [
-        SceneFrame(
+        views.SceneFrame(
             pose, {**axes, "omega": ((0.0, 0.0, 0.0), 1.25 * point)}, {"polhode": point / semi}
         )
-        for point in LIFT * rho
+        for point in views.LIFT * rho
     ]
     title = "\u03c9 on the inertia ellipsoid"
-    return Panel(title, scene, frames, times, {"separatrices": _separatrices(body)})
+    return views.Panel(title, scene, frames, times, {"separatrices": _separatrices(body)})
 
 
 def _semi_axes(body: FreeBody) -> tuple[float, float, float]:
@@ -368,7 +351,7 @@ def _separatrices(body: FreeBody) -> Array:
         line[:-1, order[0]] = across[0] * np.sin(angle)
         line[:-1, order[1]] = np.cos(angle)
         line[:-1, order[2]] = sign * across[1] * np.sin(angle)
-    return (LIFT - 0.004) * lines.reshape(-1, 3)
+    return (views.LIFT - 0.004) * lines.reshape(-1, 3)
 
 
 def _turn_down(direction: Array) -> Array:
@@ -388,7 +371,7 @@ _DISH = [(0.0, 0.0), (0.03, 0.0), (0.05, 0.08), (0.22, 0.18), (0.21, 0.19), (0.0
 
 
 @functools.cache
-def book() -> Mesh:
+def book() -> meshes.Mesh:
     """Book, its spine at -y, the title on +z."""
     cover = [meshes.BLUE] * 4
     boards = [
@@ -404,7 +387,7 @@ def book() -> Mesh:
 
 
 @functools.cache
-def t_handle() -> Mesh:
+def t_handle() -> meshes.Mesh:
     """T-handle: crossbar along x, stem along y, its ends of different colours."""
     red = meshes.moved(_rod(0.85, 0.13, meshes.RED), rotation=TO_X)
     blue = meshes.moved(_rod(0.85, 0.13, meshes.SKY), rotation=HALF_TURN @ TO_X)
@@ -414,7 +397,7 @@ def t_handle() -> Mesh:
 
 
 @functools.cache
-def tennis_racket() -> Mesh:
+def tennis_racket() -> meshes.Mesh:
     """Tennis racket: handle towards -x, face across z, the sides of its head in two colours."""
     angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 25)
     half = np.stack([0.5 * np.sin(angle) + 0.45, 0.4 * np.cos(angle), 0.0 * angle], axis=-1)
@@ -430,7 +413,7 @@ def tennis_racket() -> Mesh:
 
 
 @functools.cache
-def satellite() -> Mesh:
+def satellite() -> meshes.Mesh:
     """Satellite: golden body, panels along x, a dish at +z, a nozzle at -z, a red lamp at +y."""
     body = meshes.box(
         (0.5, 0.6, 0.5), [meshes.ORANGE, meshes.ORANGE, meshes.YELLOW, meshes.YELLOW, *_ENDS]
@@ -457,27 +440,27 @@ def satellite() -> Mesh:
 
 
 @functools.cache
-def graticule() -> Mesh:
+def graticule() -> meshes.Mesh:
     """Equator and two meridians of the unit sphere, thin."""
     hoop = meshes.loop(meshes.circle(61)[:-1], 0.004, meshes.LIGHT, 3)
     return meshes.join(hoop, meshes.moved(hoop, rotation=TO_X), meshes.moved(hoop, rotation=TO_Y))
 
 
 @functools.cache
-def spin_arrow() -> Mesh:
+def spin_arrow() -> meshes.Mesh:
     """Arrow of length 1 along z: an angular velocity that is to be reached."""
     profile = [(0.0, 0.0), (0.035, 0.0), (0.035, 0.84), (0.085, 0.84), (0.0, 1.0)]
     return meshes.lathe(profile, meshes.GREEN, 20)
 
 
-def _rod(length: float, radius: float, color: Color) -> Mesh:
+def _rod(length: float, radius: float, color: meshes.Color) -> meshes.Mesh:
     """Round bar from the origin along z, its end rounded."""
     edge = 0.25 * radius
     profile = [(0.0, 0.0), (radius, 0.0), (radius, length - edge), (radius - edge, length)]
     return meshes.lathe([*profile, (0.0, length)], color, 24)
 
 
-def _strings() -> list[Mesh]:
+def _strings() -> list[meshes.Mesh]:
     """Strings of the racket, in the ellipse of its head."""
     strings = []
     for k in range(-4, 5):

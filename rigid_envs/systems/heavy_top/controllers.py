@@ -1,7 +1,5 @@
 """Controllers of tops."""
 
-from __future__ import annotations
-
 import abc
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,14 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, positive_array, positive_fields, require
-from rigid_envs.control.linear import (
-    Regulator,
-    clip_to_ball,
-    clip_to_box,
-    lqr,
-    scheduled,
-    zero_order_hold,
-)
+from rigid_envs.control import linear
 from rigid_envs.control.predictive import Symbols, size
 from rigid_envs.mechanics import rotations
 from rigid_envs.mechanics.symbolic import SymbolicModel, casadi
@@ -88,7 +79,7 @@ class TopBalance(abc.ABC):
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, inputs over the largest, in the disk, shape (..., 2), of states y (..., 11)."""
         u = self._regulator(y).feedback(axis_of(y)[..., : self._n])[..., 0]
-        return clip_to_ball(np.stack([u.real, u.imag], axis=-1) / self.limit)
+        return linear.clip_to_ball(np.stack([u.real, u.imag], axis=-1) / self.limit)
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `HeavyTop`, shape (..., 8), of actions (..., 2)."""
@@ -101,15 +92,15 @@ class TopBalance(abc.ABC):
         """Cost to go x* P x of states y, shape (..., 11), for small tilts and no limits; (...)."""
         return self._regulator(y).value(axis_of(y)[..., : self._n])
 
-    def regulator(self, spin: float) -> Regulator:
+    def regulator(self, spin: float) -> linear.Regulator:
         """K and P, complex, at a spin omega3 [rad/s]."""
-        return lqr(*zero_order_hold(*self.model(spin), self.dt), *self._weights)
+        return linear.lqr(*linear.zero_order_hold(*self.model(spin), self.dt), *self._weights)
 
     @cached_property
-    def _table(self) -> Callable[..., Regulator]:
-        return scheduled(self.regulator, self.top.critical_spin * _SPINS)
+    def _table(self) -> Callable[..., linear.Regulator]:
+        return linear.scheduled(self.regulator, self.top.critical_spin * _SPINS)
 
-    def _regulator(self, y: npt.ArrayLike) -> Regulator:
+    def _regulator(self, y: npt.ArrayLike) -> linear.Regulator:
         return self._table(HeavyTop.checked_state(y)[..., 6])
 
 
@@ -263,7 +254,9 @@ class AsymmetricBalance:
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, in [-1, 1], shape (..., 3), of states (..., 11)."""
         torque = self._regulator(y).feedback(vertical_of(y))
-        return clip_to_box(np.concatenate([torque, 0.0 * torque[..., :1]], axis=-1) / self.torque)
+        return linear.clip_to_box(
+            np.concatenate([torque, 0.0 * torque[..., :1]], axis=-1) / self.torque
+        )
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `HeavyTop` [N m], shape (..., 8), of actions (..., 3)."""
@@ -288,16 +281,16 @@ class AsymmetricBalance:
         )
         return A, np.array([[0.0, 0.0], [0.0, 0.0], [1.0 / I1, 0.0], [0.0, 1.0 / I2]])
 
-    def regulator(self, spin: float) -> Regulator:
+    def regulator(self, spin: float) -> linear.Regulator:
         """K and P at a spin omega3 [rad/s]."""
-        held = zero_order_hold(*self.model(spin), self.dt)
-        return lqr(*held, [1.0, 1.0, 0.1, 0.1], [0.03, 0.03])
+        held = linear.zero_order_hold(*self.model(spin), self.dt)
+        return linear.lqr(*held, [1.0, 1.0, 0.1, 0.1], [0.03, 0.03])
 
     @cached_property
-    def _table(self) -> Callable[..., Regulator]:
-        return scheduled(self.regulator, self.fastest * np.linspace(-1.0, 1.0, _NODES))
+    def _table(self) -> Callable[..., linear.Regulator]:
+        return linear.scheduled(self.regulator, self.fastest * np.linspace(-1.0, 1.0, _NODES))
 
-    def _regulator(self, y: npt.ArrayLike) -> Regulator:
+    def _regulator(self, y: npt.ArrayLike) -> linear.Regulator:
         return self._table(HeavyTop.checked_state(y)[..., 6])
 
 
@@ -391,7 +384,7 @@ class PrecessionRegulator:
         u = regulator.feedback(x)
         n, _, _ = _upward(HeavyTop.checked_state(y))
         ahead = np.stack([-n[..., 1], n[..., 0]], axis=-1)
-        return clip_to_box((u[..., :1] * n + u[..., 1:] * ahead) / self.torque)
+        return linear.clip_to_box((u[..., :1] * n + u[..., 1:] * ahead) / self.torque)
 
     def inputs(self, action: npt.ArrayLike) -> Array:
         """Input u of `HeavyTop` [N m], shape (..., 8), of actions (..., 2)."""
@@ -409,7 +402,7 @@ class PrecessionRegulator:
         roots = steady_precession(tilt, spin, i_perp=self.top.I1, i3=self.top.I3, mgl=mgl)
         return roots[_BRANCHES.index(self.branch)]
 
-    def regulator(self, tilt: float, spin: float) -> Regulator:
+    def regulator(self, tilt: float, spin: float) -> linear.Regulator:
         """K and P in x = (theta - goal, theta', phi' - f), for u along n and l."""
         I1, s, c = self.top.I1, np.sin(tilt), np.cos(tilt)
         f = float(self.steady_rate(tilt, spin))
@@ -417,18 +410,18 @@ class PrecessionRegulator:
         A = np.array([[0.0, 1.0, 0.0], [-((f * s) ** 2), 0.0, -s * kappa], [0.0, kappa / s, 0.0]])
         B = np.array([[0.0, 0.0], [0.0, -1.0], [1.0 / s, 0.0]]) / I1
         turn = (spin - f * c) * np.array([[0.0, -1.0], [1.0, 0.0]])
-        F, G = zero_order_hold(A, B, self.dt, turn)
-        return lqr(F, G, [100.0, 10.0, 10.0], [3.0, 3.0])
+        F, G = linear.zero_order_hold(A, B, self.dt, turn)
+        return linear.lqr(F, G, [100.0, 10.0, 10.0], [3.0, 3.0])
 
     @cached_property
-    def _table(self) -> Callable[..., Regulator]:
-        return scheduled(
+    def _table(self) -> Callable[..., linear.Regulator]:
+        return linear.scheduled(
             self.regulator,
             np.linspace(*self.tilts, _STEADY_NODES),
             np.linspace(*self.spins, _STEADY_NODES),
         )
 
-    def _deviation(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> tuple[Array, Regulator]:
+    def _deviation(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> tuple[Array, linear.Regulator]:
         """The deviation x, and the regulator there."""
         spin, tilt = HeavyTop.checked_state(y)[..., 6], np.asarray(goal, dtype=np.float64)
         steady = self.steady_rate(tilt, spin)

@@ -7,15 +7,7 @@ mass is at ell e3.
 
 from typing import NamedTuple
 
-from rigid_envs.engine.algebra import (
-    Quaternion,
-    Vector,
-    attitude,
-    normalize,
-    rotate,
-    rotate_inverse,
-    vertical,
-)
+from rigid_envs.engine import algebra
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.engine.elementary import fma
@@ -90,15 +82,15 @@ def derive(I1: float, I2: float, I3: float, m: float, g: float, ell: float) -> P
 
 
 @scalar
-def torque(q: Quaternion, u: Input, p: Parameters) -> Vector:
+def torque(q: algebra.Quaternion, u: Input, p: Parameters) -> algebra.Vector:
     """Total torque about the pivot in body axes [N m].
 
     Gravity and the inertial force of the moving pivot act at the centre of mass:
     tau = tau_body + R^T tau_world + ell e3 x R^T m (-aX, -aY, -g).
     """
     ell = p.ell
-    f = rotate_inverse(q, (-p.m * u.aX, -p.m * u.aY, -p.m * p.g))
-    t = rotate_inverse(q, (u.tau_world_x, u.tau_world_y, u.tau_world_z))
+    f = algebra.rotate_inverse(q, (-p.m * u.aX, -p.m * u.aY, -p.m * p.g))
+    t = algebra.rotate_inverse(q, (u.tau_world_x, u.tau_world_y, u.tau_world_z))
     return (
         u.tau_body1 + t[0] - ell * f[1],
         u.tau_body2 + t[1] + ell * f[0],
@@ -112,9 +104,9 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
 
     Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7, written without Euler angles.
     """
-    w, x, y_, z = attitude(y)
+    w, x, y_, z = algebra.attitude(y)
     w1, w2, w3 = y.omega1, y.omega2, y.omega3
-    tau = torque(attitude(y), u, p)
+    tau = torque(algebra.attitude(y), u, p)
     return State(
         -0.5 * (x * w1 + y_ * w2 + z * w3),
         0.5 * (w * w1 + y_ * w3 - z * w2),
@@ -137,10 +129,10 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
     Gravity has no torque about the vertical and none about e3, so the vertical momentum and (I1 =
     I2) the spin momentum are conserved to rounding; the energy error stays bounded.
     """
-    omega = _kick(attitude(y), (y.omega1, y.omega2, y.omega3), u, p, 0.5 * h)
+    omega = _kick(algebra.attitude(y), (y.omega1, y.omega2, y.omega3), u, p, 0.5 * h)
     ratios = (p.k1, p.k3, p.r12, p.r21, p.r23, p.r32)
-    q, omega = free_rotation(attitude(y), omega, ratios, h)
-    q = normalize(q)
+    q, omega = free_rotation(algebra.attitude(y), omega, ratios, h)
+    q = algebra.normalize(q)
     omega = _kick(q, omega, u, p, 0.5 * h)
     X, Y = y.X + h * fma(0.5 * h, u.aX, y.VX), y.Y + h * fma(0.5 * h, u.aY, y.VY)
     return State(*q, *omega, X, Y, fma(h, u.aX, y.VX), fma(h, u.aY, y.VY))
@@ -153,7 +145,9 @@ def restore(y: State) -> State:
 
 
 @scalar
-def _kick(q: Quaternion, omega: Vector, u: Input, p: Parameters, h: float) -> Vector:
+def _kick(
+    q: algebra.Quaternion, omega: algebra.Vector, u: Input, p: Parameters, h: float
+) -> algebra.Vector:
     tau = torque(q, u, p)
     return (
         fma(h * p.inverse1, tau[0], omega[0]),
@@ -168,11 +162,11 @@ def invariants(y: State, p: Parameters) -> Invariants:
 
     Conserved without input; the spin momentum I3 omega3 for I1 = I2 only.
     """
-    q, omega = attitude(y), (y.omega1, y.omega2, y.omega3)
+    q, omega = algebra.attitude(y), (y.omega1, y.omega2, y.omega3)
     L = (p.I1 * omega[0], p.I2 * omega[1], p.I3 * omega[2])
     kinetic = 0.5 * fma(L[0], omega[0], fma(L[1], omega[1], L[2] * omega[2]))
-    energy = fma(p.m * p.g * p.ell, vertical(q)[2], kinetic)
-    return Invariants(energy, rotate(q, L)[2], L[2], y.VX, y.VY)
+    energy = fma(p.m * p.g * p.ell, algebra.vertical(q)[2], kinetic)
+    return Invariants(energy, algebra.rotate(q, L)[2], L[2], y.VX, y.VY)
 
 
 HEAVY_TOP = Dynamics(

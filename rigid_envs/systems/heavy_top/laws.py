@@ -5,33 +5,14 @@ import math
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.laws import (
-    AS_RHS,
-    HUNDREDS,
-    LONG_RUN,
-    VIRTUAL_ROTATIONS,
-    RigidBodyModel,
-    Subject,
-    attitudes,
-    integrate_newton,
-    law_of_dalembert,
-    law_of_order,
-    laws_of_every_system,
-    matrices,
-    max_abs,
-    quaternion,
-    random_states,
-    stencil,
-    ten_roundings,
-)
+from rigid_envs.mechanics import laws, rotations
 from rigid_envs.systems.heavy_top import closed_forms as theory
 from rigid_envs.systems.heavy_top.system import HeavyTop
 
-SUBJECT = Subject("heavy_top", "a top in gravity, under torques, on a pivot that moves")
+SUBJECT = laws.Subject("heavy_top", "a top in gravity, under torques, on a pivot that moves")
 
 _TOP = HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13)
-_Y, _U = random_states(_TOP, 20)
+_Y, _U = laws.random_states(_TOP, 20)
 _SYMMETRIC = HeavyTop(1.2, 1.2, 0.5, m=0.9, g=9.6, ell=0.14)  # symmetric: has closed forms
 _PARAMETERS = {"i_perp": 1.2, "i3": 0.5, "mgl": 0.9 * 9.6 * 0.14}
 _BODY_TORQUE, _WORLD_TORQUE, _PIVOT_ACCELERATION = slice(0, 3), slice(3, 6), slice(6, 8)  # of u
@@ -39,7 +20,7 @@ _LONG = np.linspace(0.0, 5000.0, 5001)
 
 
 def _axis(y: Array) -> Array:
-    return np.array(attitudes(y)[..., :, 2])
+    return np.array(laws.attitudes(y)[..., :, 2])
 
 
 def _horizontal(pair: Array) -> Array:
@@ -56,18 +37,20 @@ def _weight(y: Array, _: Array) -> Array:
 
 
 def _torque(y: Array, u: Array) -> Array:
-    in_world = np.einsum("...ij,...j->...i", attitudes(y), u[..., _BODY_TORQUE])
+    in_world = np.einsum("...ij,...j->...i", laws.attitudes(y), u[..., _BODY_TORQUE])
     return np.asarray(in_world + u[..., _WORLD_TORQUE])
 
 
 def _displacements(y: Array) -> tuple[Array, Array]:
-    return np.cross(VIRTUAL_ROTATIONS, _TOP.ell * _axis(y)), VIRTUAL_ROTATIONS
+    return np.cross(laws.VIRTUAL_ROTATIONS, _TOP.ell * _axis(y)), laws.VIRTUAL_ROTATIONS
 
 
 _STEINER = _TOP.m * _TOP.ell**2 * np.array([1.0, 1.0, 0.0])
-_MODEL = RigidBodyModel(_TOP.m, _TOP.moments - _STEINER, _centre, _weight, _torque, _displacements)
-law_of_dalembert(SUBJECT, _TOP, _Y, _U, _MODEL)
-laws_of_every_system(SUBJECT, _TOP, _Y, _U)
+_MODEL = laws.RigidBodyModel(
+    _TOP.m, _TOP.moments - _STEINER, _centre, _weight, _torque, _displacements
+)
+laws.law_of_dalembert(SUBJECT, _TOP, _Y, _U, _MODEL)
+laws.laws_of_every_system(SUBJECT, _TOP, _Y, _U)
 
 
 def _leaning(theta: float, omega: tuple[float, float, float]) -> Array:
@@ -75,14 +58,14 @@ def _leaning(theta: float, omega: tuple[float, float, float]) -> Array:
     return _SYMMETRIC.state(q=q, omega_body=omega)
 
 
-@SUBJECT.law("invariants with T + m g z and R L of NumPy", bound=1e-13, why=ten_roundings(10))
+@SUBJECT.law("invariants with T + m g z and R L of NumPy", bound=1e-13, why=laws.ten_roundings(10))
 def invariants_are_energy_and_momenta() -> float:
     """E = omega . I omega / 2 + m g ell e3_z, L_z, L_3 and the velocity of the pivot."""
     omega, found = _TOP.omega_body(_Y), _TOP.invariants(_Y)
     momentum = omega @ np.diag(_TOP.moments)
-    L = np.einsum("nij,nj->ni", attitudes(_Y), momentum)
+    L = np.einsum("nij,nj->ni", laws.attitudes(_Y), momentum)
     height = _TOP.ell * _axis(_Y)[:, 2]
-    return max_abs(
+    return laws.max_abs(
         found["energy"] - 0.5 * np.sum(momentum * omega, axis=-1) - _TOP.m * _TOP.g * height,
         found["L_vertical"] - L[:, 2],
         found["L_spin"] - momentum[:, 2],
@@ -90,29 +73,29 @@ def invariants_are_energy_and_momenta() -> float:
     )
 
 
-@SUBJECT.law("rates of the invariants with the power and the torques", bound=1e-9, why=AS_RHS)
+@SUBJECT.law("rates of the invariants with the power and the torques", bound=1e-9, why=laws.AS_RHS)
 def inputs_do_their_work() -> float:
     """E' = (tau + ell e3 x (-m a)) . omega, and L_z' is the vertical part of the torque."""
-    motion = stencil(_TOP, _Y, _U)
+    motion = laws.stencil(_TOP, _Y, _U)
     found = _TOP.invariants(motion.y)
     inertial = _horizontal(-_TOP.m * _U[:, _PIVOT_ACCELERATION])
     torque = _torque(_Y, _U) + np.cross(_TOP.ell * _axis(_Y), inertial)
     power = np.sum(torque * _TOP.omega_world(_Y), axis=-1)
-    return max_abs(
+    return laws.max_abs(
         motion.rate(found["energy"]) - power, motion.rate(found["L_vertical"]) - torque[:, 2]
     )
 
 
-@SUBJECT.law("simulate with uniform acceleration", bound=1e-12, why=HUNDREDS)
+@SUBJECT.law("simulate with uniform acceleration", bound=1e-12, why=laws.HUNDREDS)
 def the_pivot_moves_as_it_is_told() -> float:
     """X = X0 + V t + a t^2 / 2 and V' = a, whatever the body does."""
     t, a, v = 0.7, _U[:, _PIVOT_ACCELERATION], _TOP.pivot_velocity(_Y)
     end = _TOP.simulate(_Y, [0.0, t], _U[None]).y[-1]
     pivot = _TOP.pivot(_Y) + t * v + 0.5 * t * t * a
-    return max_abs(_TOP.pivot(end) - pivot, _TOP.pivot_velocity(end) - v - t * a)
+    return laws.max_abs(_TOP.pivot(end) - pivot, _TOP.pivot_velocity(end) - v - t * a)
 
 
-law_of_order(SUBJECT, _TOP, _Y, _U)
+laws.law_of_order(SUBJECT, _TOP, _Y, _U)
 
 
 @SUBJECT.law(
@@ -129,11 +112,11 @@ def random_inputs_act_as_newton_says() -> float:
         torque = R @ u[_BODY_TORQUE] + u[_WORLD_TORQUE]
         return np.asarray(torque + np.cross(_TOP.ell * R[:, 2], force))
 
-    R, omega = integrate_newton(
-        *(_TOP.moments, attitudes(_Y[0]), _TOP.omega_body(_Y[0])), *(0.1, inputs, torque)
+    R, omega = laws.integrate_newton(
+        *(_TOP.moments, laws.attitudes(_Y[0]), _TOP.omega_body(_Y[0])), *(0.1, inputs, torque)
     )
     motion = _TOP.simulate(_Y[0], 0.1 * np.arange(51), inputs)
-    return max_abs(motion["R"][1:] - R, motion["omega_body"][1:] - omega)
+    return laws.max_abs(motion["R"][1:] - R, motion["omega_body"][1:] - omega)
 
 
 @SUBJECT.law(
@@ -149,9 +132,9 @@ def nutation_follows_its_closed_form() -> float:
         y = _leaning(theta, tuple(rng.normal(size=3) * [1.0, 1.0, 4.0]))
         errors.append(
             _SYMMETRIC.simulate(y, t)["tilt"]
-            - theory.tilt(t, _SYMMETRIC.omega_body(y), quaternion(y), **_PARAMETERS)
+            - theory.tilt(t, _SYMMETRIC.omega_body(y), laws.quaternion(y), **_PARAMETERS)
         )
-    return max_abs(*errors)
+    return laws.max_abs(*errors)
 
 
 @SUBJECT.law(
@@ -170,7 +153,7 @@ def the_tilt_moves_in_its_effective_potential() -> float:
     mgl, i_perp = _PARAMETERS["mgl"], _PARAMETERS["i_perp"]
     potential = theory.effective_potential(motion["tilt"], p_phi, p_psi, i_perp=i_perp, mgl=mgl)
     expected = motion["energy"][0] - p_psi**2 / (2.0 * 0.5)
-    return max_abs(0.5 * i_perp * rate**2 + potential - expected)
+    return laws.max_abs(0.5 * i_perp * rate**2 + potential - expected)
 
 
 @SUBJECT.law(
@@ -187,7 +170,7 @@ def steady_precession_is_steady() -> float:
             motion = _SYMMETRIC.simulate(_leaning(theta, (0.0, rate * math.sin(theta), 7.0)), t)
             across = math.sin(theta) * np.stack([np.sin(rate * t), -np.cos(rate * t)], axis=-1)
             errors += [motion["tilt"] - theta, motion["R"][:, :2, 2] - across]
-    return max_abs(*errors)
+    return laws.max_abs(*errors)
 
 
 @SUBJECT.law(
@@ -206,7 +189,7 @@ def upright_tops_sleep_or_fall_at_their_exponents() -> float:
         found = np.linalg.eigvals(kept)
         for exponent in theory.sleeping_exponents(spin, **_PARAMETERS):
             errors.append(np.min(np.abs(found - (exponent - 1j * spin))))
-    return max_abs(*errors)
+    return laws.max_abs(*errors)
 
 
 @SUBJECT.law(
@@ -224,7 +207,7 @@ def a_falling_top_returns_to_upright() -> float:
     # p_phi = p_psi: phi' = I3 omega3 / (I (1 + cos theta))
     precession = 0.5 * spin / 1.2 / (1.0 + math.cos(start))
     y = _leaning(start, (0.0, precession * math.sin(start), spin))
-    return max_abs(_SYMMETRIC.simulate(y, t)["tilt"] - tilt)
+    return laws.max_abs(_SYMMETRIC.simulate(y, t)["tilt"] - tilt)
 
 
 @SUBJECT.law(
@@ -243,18 +226,20 @@ def an_accelerated_pivot_is_a_tilted_gravity() -> float:
     t = np.linspace(0.0, 3.0, 4)
     u = np.array([0.0] * 6 + [a, b])
     pushed = _TOP.simulate(_Y, t, u, max_step=0.02)
-    y = heavier.state(q=rotations.multiply(upright, quaternion(_Y)), omega_body=_TOP.omega_body(_Y))
+    y = heavier.state(
+        q=rotations.multiply(upright, laws.quaternion(_Y)), omega_body=_TOP.omega_body(_Y)
+    )
     tilted = heavier.simulate(y, t, max_step=0.02)
-    turned = matrices(upright) @ pushed["R"]
-    return max_abs(pushed["omega_body"] - tilted["omega_body"], turned - tilted["R"])
+    turned = laws.matrices(upright) @ pushed["R"]
+    return laws.max_abs(pushed["omega_body"] - tilted["omega_body"], turned - tilted["R"])
 
 
-@SUBJECT.law("momenta with their start, a hundred thousand steps", bound=1e-11, why=LONG_RUN)
+@SUBJECT.law("momenta with their start, a hundred thousand steps", bound=1e-11, why=laws.LONG_RUN)
 def momenta_are_kept() -> float:
     """L_z and, of a symmetric top, L_3, without input."""
     motion = _SYMMETRIC.simulate(_leaning(0.5, (0.3, -0.2, 2.0)), _LONG, max_step=0.05)
     found = motion.invariants
-    return max_abs(*(found[k] - found[k][0] for k in ("L_vertical", "L_spin")))
+    return laws.max_abs(*(found[k] - found[k][0] for k in ("L_vertical", "L_spin")))
 
 
 @SUBJECT.law(
@@ -268,4 +253,4 @@ def energy_goes_nowhere() -> float:
     for top in (_SYMMETRIC, _TOP):
         motion = top.simulate(_leaning(0.5, (0.3, -0.2, 2.0)), _LONG, max_step=0.05)
         errors.append(motion.invariants["energy"] - motion.invariants["energy"][0])
-    return max_abs(*errors)
+    return laws.max_abs(*errors)

@@ -1,7 +1,5 @@
 """Heavy top with torque inputs and a pivot that may move."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

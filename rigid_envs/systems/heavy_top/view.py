@@ -1,7 +1,5 @@
 """Views of the tasks of tops, and the path of the axis beside them."""
 
-from __future__ import annotations
-
 import functools
 import math
 from typing import Any, ClassVar
@@ -12,22 +10,7 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes
-from rigid_envs.watch.replays.panels import INSET_BLUE, INSET_INK, INSET_RED, LIFT
-from rigid_envs.watch.scene import (
-    Arrow,
-    Arrows,
-    Camera,
-    Floor,
-    Mesh,
-    Panel,
-    Part,
-    Pose,
-    Scene,
-    SceneFrame,
-    Trace,
-)
-from rigid_envs.watch.views import View, above, ghost, scaled
+from rigid_envs.watch import meshes, views
 
 # Views of tops: on a stand or a carriage, inside a faint dome on which their tip writes.
 
@@ -35,7 +18,7 @@ HEIGHT = 1.5  # of the top, nominal [m]
 STAND = 1.7  # height of the stand: more than that of the top, which may hang down [m]
 
 
-class HeavyTopView(View):
+class HeavyTopView(views.View):
     """A top on a stand, its rotor as long and wide as its moments; L, omega and the torque.
 
     Attributes:
@@ -62,33 +45,33 @@ class HeavyTopView(View):
         x, y = np.clip(2.0 * np.sqrt(across), 0.4, 1.4).tolist()
         return self.size * x, self.size * y, self.size
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Top, stand and dome."""
         return {
-            "top": Part(top()),
-            "stand": Part(meshes.stand()),
-            "dome": Part(dome(), shadow=False, shiny=False),
+            "top": views.Part(top()),
+            "stand": views.Part(meshes.stand()),
+            "dome": views.Part(dome(), shadow=False, shiny=False),
         }
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """From the foot of the stand to the tip, with L."""
-        return Camera(target=(0.0, 0.0, 0.4), distance=8.0, azimuth=-60.0, elevation=20.0)
+        return views.Camera(target=(0.0, 0.0, 0.4), distance=8.0, azimuth=-60.0, elevation=20.0)
 
-    def vectors(self) -> dict[str, Arrow]:
+    def vectors(self) -> dict[str, views.Arrow]:
         """Angular momentum, angular velocity, torque."""
         return {
-            "L": Arrow(meshes.MOMENTUM, 0.04, "L"),
-            "omega": Arrow(meshes.OMEGA, 0.06, "omega"),
-            "input": Arrow(meshes.INPUT, 0.07, "torque"),
+            "L": views.Arrow(meshes.MOMENTUM, 0.04, "L"),
+            "omega": views.Arrow(meshes.OMEGA, 0.06, "omega"),
+            "input": views.Arrow(meshes.INPUT, 0.07, "torque"),
         }
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """Path of the tip."""
-        return {"tip": Trace(meshes.PATH, 0.03, length=250)}
+        return {"tip": views.Trace(meshes.PATH, 0.03, length=250)}
 
-    def floor(self) -> Floor | None:
+    def floor(self) -> views.Floor | None:
         """Below the stand."""
-        return Floor(-STAND, 16.0, 1.0)
+        return views.Floor(-STAND, 16.0, 1.0)
 
     def pivot(self, moment: Moment) -> Array:
         """Place of the pivot [m], shape (3,)."""
@@ -101,13 +84,13 @@ class HeavyTopView(View):
         )
         return np.asarray(self.pivot(moment) + axis)
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The stand and the dome go with the pivot."""
         pivot, q = self.pivot(moment), self.system.accessors["q"](moment.y)
         return {
-            "top": Pose(pivot, q, self.scale()),
-            "stand": Pose(pivot, scale=(1.0, 1.0, STAND)),
-            "dome": Pose(pivot, scale=(self.size * HEIGHT,) * 3),
+            "top": views.Pose(pivot, q, self.scale()),
+            "stand": views.Pose(pivot, scale=(1.0, 1.0, STAND)),
+            "dome": views.Pose(pivot, scale=(self.size * HEIGHT,) * 3),
         }
 
     def torque(self, moment: Moment) -> Array:
@@ -115,14 +98,14 @@ class HeavyTopView(View):
         turned = rotations.rotate(self.system.accessors["q"](moment.y), moment.u[:3])
         return np.asarray(turned + moment.u[3:6])
 
-    def arrows(self, moment: Moment) -> Arrows:
+    def arrows(self, moment: Moment) -> views.Arrows:
         """All from the tip; L is drawn longer than omega, with which it often coincides."""
         read, tip = self.system.accessors, self.tip(moment)
         L = float(self.system.I3) * self.spin
         return {
-            "L": (tip, scaled(read["L_world"](moment.y), 1.1 / L, 1.6)),
-            "omega": (tip, scaled(read["omega_world"](moment.y), 0.6 / self.spin, 1.2)),
-            "input": (tip, scaled(self.torque(moment), 0.9 / self.strongest, 1.2)),
+            "L": (tip, views.scaled(read["L_world"](moment.y), 1.1 / L, 1.6)),
+            "omega": (tip, views.scaled(read["omega_world"](moment.y), 0.6 / self.spin, 1.2)),
+            "input": (tip, views.scaled(self.torque(moment), 0.9 / self.strongest, 1.2)),
         }
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
@@ -137,7 +120,7 @@ class HeavyTopView(View):
         return (f"tilt {tilt:.1f} deg   spin {spin:.2f} rad/s, {share:.2f} of critical",)
 
     @staticmethod
-    def insets(system: Any, y: Array, times: Array, driven: bool) -> list[Panel]:
+    def insets(system: Any, y: Array, times: Array, driven: bool) -> list[views.Panel]:
         """The path of the axis on a sphere."""
         return [_axis_sphere(y, times)]
 
@@ -147,19 +130,19 @@ class SleepingTopView(HeavyTopView):
 
     tolerance: ClassVar[str] = "tolerance"
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Also rod and ring."""
-        goals = {"goal": ghost(rod(), 0.6), "goal_ring": ghost(goal_hoop(), 0.9)}
+        goals = {"goal": views.ghost(rod(), 0.6), "goal_ring": views.ghost(goal_hoop(), 0.9)}
         return super().parts() | goals
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The ring has the radius of the tolerance."""
         pivot, angle = self.pivot(moment), float(getattr(self.task, self.tolerance))
         size = self.size * HEIGHT
         wide, high = size * math.sin(angle), size * math.cos(angle)
         return super().poses(moment) | {
-            "goal": Pose(pivot, scale=(self.size, self.size, size + 0.5)),
-            "goal_ring": Pose(above(pivot, high), scale=(wide, wide, 1.0)),
+            "goal": views.Pose(pivot, scale=(self.size, self.size, size + 0.5)),
+            "goal_ring": views.Pose(views.above(pivot, high), scale=(wide, wide, 1.0)),
         }
 
 
@@ -178,50 +161,53 @@ class PivotTopView(SleepingTopView):
         """Acceleration that is drawn 0.9 m long [m/s^2]."""
         return float(self.task.push)
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """A carriage for the stand; the middle and the edge of the arena."""
         flat = {"shadow": False, "shiny": False}
         return super().parts() | {
-            "stand": Part(puck()),
-            "edge": Part(meshes.edge_ring(), **flat),
-            "centre": Part(meshes.goal_disk(), **flat),
+            "stand": views.Part(puck()),
+            "edge": views.Part(meshes.edge_ring(), **flat),
+            "centre": views.Part(meshes.goal_disk(), **flat),
         }
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """The whole arena."""
         high = 0.3 * self.size * HEIGHT
-        return Camera((0.0, 0.0, high), 3.4 * self.task.arena, azimuth=-60.0, elevation=32.0)
+        return views.Camera((0.0, 0.0, high), 3.4 * self.task.arena, azimuth=-60.0, elevation=32.0)
 
-    def vectors(self) -> dict[str, Arrow]:
+    def vectors(self) -> dict[str, views.Arrow]:
         """The input is an acceleration."""
-        return super().vectors() | {"input": Arrow(meshes.INPUT, 0.12, "acceleration")}
+        return super().vectors() | {"input": views.Arrow(meshes.INPUT, 0.12, "acceleration")}
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """Also the path of the pivot."""
-        return {"tip": Trace(meshes.STEEL, 0.03, length=40), "pivot": Trace(meshes.PATH, 0.05)}
+        return {
+            "tip": views.Trace(meshes.STEEL, 0.03, length=40),
+            "pivot": views.Trace(meshes.PATH, 0.05),
+        }
 
-    def floor(self) -> Floor | None:
+    def floor(self) -> views.Floor | None:
         """The arena and some more."""
-        return Floor(-0.2, 6.0 * self.task.arena, 1.0)
+        return views.Floor(-0.2, 6.0 * self.task.arena, 1.0)
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """No stretched stand; the arena rests."""
         edge, centre = self.task.arena, max(self.task.centre_tolerance, 0.15)
         return super().poses(moment) | {
-            "stand": Pose(self.pivot(moment)),
-            "edge": Pose((0.0, 0.0, -0.18), scale=(edge, edge, 1.0)),
-            "centre": Pose((0.0, 0.0, -0.18), scale=(centre, centre, 1.0)),
+            "stand": views.Pose(self.pivot(moment)),
+            "edge": views.Pose((0.0, 0.0, -0.18), scale=(edge, edge, 1.0)),
+            "centre": views.Pose((0.0, 0.0, -0.18), scale=(centre, centre, 1.0)),
         }
 
-    def arrows(self, moment: Moment) -> Arrows:
+    def arrows(self, moment: Moment) -> views.Arrows:
         """The acceleration, from the pivot."""
         push = np.append(moment.u[6:8], 0.0)
-        arrow = scaled(push, 1.5 / self.strongest, 1.6)
-        return super().arrows(moment) | {"input": (above(self.pivot(moment), -0.1), arrow)}
+        arrow = views.scaled(push, 1.5 / self.strongest, 1.6)
+        return super().arrows(moment) | {"input": (views.above(self.pivot(moment), -0.1), arrow)}
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """Also the pivot, on the floor."""
-        return super().points(moment) | {"pivot": above(self.pivot(moment), -0.17)}
+        return super().points(moment) | {"pivot": views.above(self.pivot(moment), -0.17)}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Also the distance of the pivot from the middle."""
@@ -232,19 +218,19 @@ class PivotTopView(SleepingTopView):
 class TopPrecessionView(HeavyTopView):
     """A top whose axis is to move on a cone of the commanded tilt."""
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Also the cone and its rim."""
-        goals = {"goal": ghost(goal_cone(), 0.2), "goal_ring": ghost(goal_hoop(), 0.9)}
+        goals = {"goal": views.ghost(goal_cone(), 0.2), "goal_ring": views.ghost(goal_hoop(), 0.9)}
         return super().parts() | goals
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The cone has the commanded tilt."""
         angle = moment.aux["goal_tilt"]
         size = self.size * HEIGHT
         wide, high = size * math.sin(angle), size * math.cos(angle)
         return super().poses(moment) | {
-            "goal": Pose(scale=(wide, wide, high)),
-            "goal_ring": Pose((0.0, 0.0, high), scale=(wide, wide, 1.0)),
+            "goal": views.Pose(scale=(wide, wide, high)),
+            "goal_ring": views.Pose((0.0, 0.0, high), scale=(wide, wide, 1.0)),
         }
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
@@ -256,30 +242,35 @@ class TopPrecessionView(HeavyTopView):
 # Insets of a replay page: Poinsot's construction of a free body, the axis of a top on a sphere.
 
 
-def _axis_sphere(y: Array, times: Array) -> Panel:
+def _axis_sphere(y: Array, times: Array) -> views.Panel:
     """Path of the axis e3 of a top on the unit sphere, in world axes."""
     q = rotations.normalize(y[:, :4])
     axis = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))
-    scene = Scene(
-        parts={"sphere": Part(meshes.chequered_ball(), opacity=0.55)},
-        camera=Camera((0.0, 0.0, 0.18), 4.8, -60.0, 38.0, 32.0),
-        arrows={"e3": Arrow(INSET_BLUE, 0.04, "e\u2083")},
-        traces={"axis": Trace(INSET_RED, 0.045), "equator": Trace(INSET_INK, 0.012)},
+    scene = views.Scene(
+        parts={"sphere": views.Part(meshes.chequered_ball(), opacity=0.55)},
+        camera=views.Camera((0.0, 0.0, 0.18), 4.8, -60.0, 38.0, 32.0),
+        arrows={"e3": views.Arrow(views.INSET_BLUE, 0.04, "e\u2083")},
+        traces={
+            "axis": views.Trace(views.INSET_RED, 0.045),
+            "equator": views.Trace(views.INSET_INK, 0.012),
+        },
     )
-    pose = {"sphere": Pose()}
+    pose = {"sphere": views.Pose()}
     frames = [
-        SceneFrame(pose, {"e3": ((0.0, 0.0, 0.0), 1.15 * point)}, {"axis": LIFT * point})
+        views.SceneFrame(
+            pose, {"e3": ((0.0, 0.0, 0.0), 1.15 * point)}, {"axis": views.LIFT * point}
+        )
         for point in axis
     ]
     title = "Axis e\u2083 on the sphere"
-    return Panel(title, scene, frames, times, {"equator": LIFT * meshes.circle(97)})
+    return views.Panel(title, scene, frames, times, {"equator": views.LIFT * meshes.circle(97)})
 
 
 # Meshes, each made once in a process.
 
 
 @functools.cache
-def dome() -> Mesh:
+def dome() -> meshes.Mesh:
     """Equator and two meridians of the upper half of the unit sphere, thin."""
     angle = np.linspace(0.0, math.pi, 31)
     arc = np.stack([np.cos(angle), 0.0 * angle, np.sin(angle)], axis=-1)
@@ -289,13 +280,13 @@ def dome() -> Mesh:
 
 
 @functools.cache
-def goal_hoop() -> Mesh:
+def goal_hoop() -> meshes.Mesh:
     """Thin hoop of radius 1 about z."""
     return meshes.loop(meshes.circle(65)[:-1], 0.022, meshes.GREEN, 6)
 
 
 @functools.cache
-def goal_cone() -> Mesh:
+def goal_cone() -> meshes.Mesh:
     """Open cone from the origin to the unit circle at z = 1, seen from both sides."""
     around, up = meshes.circle(49), np.array([0.0, 0.0, 1.0])
     rim, outward = around + up, around - up
@@ -303,32 +294,32 @@ def goal_cone() -> Mesh:
 
 
 @functools.cache
-def rod() -> Mesh:
+def rod() -> meshes.Mesh:
     """Thin round bar from the origin to z = 1."""
     return meshes.frustum(0.02, 0.02, 1.0, meshes.GREEN, 12)
 
 
 @functools.cache
-def top() -> Mesh:
+def top() -> meshes.Mesh:
     """Top of height 1.5 about z, its point at the origin; a rotor of radius 1 with sectors."""
     shaft = [(0.0, 0.0), (0.06, 0.16), (0.06, 1.4), (0.04, 1.46), (0.0, 1.5)]
     below = [(0.0, 0.5), (0.95, 0.66), (1.0, 0.7), (1.0, 0.75)]
-    above = [(1.0, 0.75), (1.0, 0.8), (0.95, 0.84), (0.0, 0.95)]
+    upper = [(1.0, 0.75), (1.0, 0.8), (0.95, 0.84), (0.0, 0.95)]
     return meshes.join(
         meshes.lathe(shaft, meshes.DARK, 20),
         meshes.sectors(below, [meshes.BLUE, meshes.SKY] * 3, 48),
-        meshes.sectors(above, [meshes.ORANGE, meshes.CREAM, *[meshes.BLUE, meshes.CREAM] * 2], 48),
+        meshes.sectors(upper, [meshes.ORANGE, meshes.CREAM, *[meshes.BLUE, meshes.CREAM] * 2], 48),
     )
 
 
 @functools.cache
-def puck() -> Mesh:
+def puck() -> meshes.Mesh:
     """Sliding carriage of height 0.2 whose upper face is at z = 0."""
     profile = [(0.0, -0.2), (0.42, -0.2), (0.45, -0.16), (0.45, -0.1), (0.14, -0.04), (0.0, 0.0)]
     return meshes.lathe(profile, meshes.STEEL, 32)
 
 
-def _two_sided(mesh: Mesh) -> Mesh:
+def _two_sided(mesh: meshes.Mesh) -> meshes.Mesh:
     """The mesh and its reverse: an open surface that is seen from both sides."""
-    back = Mesh(mesh.vertices, -mesh.normals, mesh.colors, mesh.triangles[:, ::-1])
+    back = meshes.Mesh(mesh.vertices, -mesh.normals, mesh.colors, mesh.triangles[:, ::-1])
     return meshes.join(mesh, back)

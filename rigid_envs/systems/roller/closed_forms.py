@@ -6,17 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.base.checks import (
-    Array,
-    all_positive,
-    array,
-    between,
-    exact_array,
-    non_negative,
-    number,
-    positive,
-    require,
-)
+from rigid_envs.base import checks
 from rigid_envs.mechanics import special
 
 # Rolling down an incline: the race that the smallest inertia ratio wins.
@@ -64,9 +54,9 @@ def descend(height: float, *, slope: float, beta: float, radius: float, g: float
 
     Source: Goldstein, Classical Mechanics, sec. 2.4; Landau & Lifshitz, Mechanics, par. 38.
     """
-    all_positive(height=height, radius=radius, g=g)
-    non_negative(beta, "beta")
-    between(number(slope, "slope"), "slope", 0.0, 0.5 * math.pi)
+    checks.all_positive(height=height, radius=radius, g=g)
+    checks.non_negative(beta, "beta")
+    checks.between(checks.number(slope, "slope"), "slope", 0.0, 0.5 * math.pi)
     acceleration = g * math.sin(slope) / (1.0 + beta)
     distance = height / math.sin(slope)
     speed = math.sqrt(2.0 * g * height / (1.0 + beta))
@@ -98,11 +88,11 @@ class SlipToRoll:
     """
 
     time: float
-    velocity: Array
-    omega: Array
-    position: Array
-    slip: Array
-    omega_rate: Array
+    velocity: checks.Array
+    omega: checks.Array
+    position: checks.Array
+    slip: checks.Array
+    omega_rate: checks.Array
 
 
 def slip_to_roll(
@@ -128,8 +118,8 @@ def slip_to_roll(
 
     Source: Sommerfeld, Mechanics, par. 27, on the high and low shots in billiards; Coriolis (1835).
     """
-    all_positive(beta=beta, radius=radius, mu=mu, g=g)
-    v, w = exact_array(velocity, "velocity", 2), exact_array(omega, "omega", 3)
+    checks.all_positive(beta=beta, radius=radius, mu=mu, g=g)
+    v, w = checks.exact_array(velocity, "velocity", 2), checks.exact_array(omega, "omega", 3)
     slip = v + radius * np.array([-w[1], w[0]])
     speed = float(np.hypot(*slip))
     e = slip / speed if speed > 0.0 else np.zeros(2)
@@ -155,7 +145,7 @@ def slide(
     radius: float,
     mu: float,
     g: float,
-) -> tuple[Array, Array, Array]:
+) -> tuple[checks.Array, checks.Array, checks.Array]:
     """Place, velocity and angular velocity of a ball that slides first and rolls then.
 
     Args:
@@ -177,8 +167,8 @@ def slide(
     Source: Sommerfeld, Mechanics, par. 27.
     """
     end = slip_to_roll(velocity, omega, beta=beta, radius=radius, mu=mu, g=g)
-    times = array(t, "t")
-    require(times >= 0.0, times, "t", "at least 0, the start [s]")
+    times = checks.array(t, "t")
+    checks.require(times >= 0.0, times, "t", "at least 0, the start [s]")
     times = times[..., np.newaxis]
     left = np.maximum(end.time - times, 0.0)  # of the sliding
     rate = (np.asarray(velocity) - end.velocity) / end.time if end.time > 0.0 else np.zeros(2)
@@ -234,10 +224,10 @@ def swing(s0: float, v0: float, *, curvature: float, beta: float, g: float) -> S
 
     Source: Whittaker, Analytical Dynamics, par. 44; DLMF 22.19(i).
     """
-    all_positive(curvature=curvature, g=g)
-    non_negative(beta, "beta")
+    checks.all_positive(curvature=curvature, g=g)
+    checks.non_negative(beta, "beta")
     slow = math.sqrt(g * curvature / (1.0 + beta))
-    angle, sense = number(s0, "s0") * curvature, math.copysign(1.0, number(v0, "v0"))
+    angle, sense = checks.number(s0, "s0") * curvature, math.copysign(1.0, checks.number(v0, "v0"))
     rounds = round(angle / (2.0 * math.pi))
     half = sense * (0.5 * angle - math.pi * rounds)
     sine, cosine = math.sin(half), max(math.cos(half), 0.0)
@@ -256,7 +246,7 @@ def swing(s0: float, v0: float, *, curvature: float, beta: float, g: float) -> S
 
 def valley(
     t: ArrayLike, s0: float, v0: float, *, curvature: float, beta: float, g: float
-) -> tuple[Array, Array]:
+) -> tuple[checks.Array, checks.Array]:
     """Place and velocity of a roller in a circular valley at any time.
 
     s' = v,  (1 + beta) v' = -g sin(curvature s). With the angle a = curvature s,
@@ -282,7 +272,7 @@ def valley(
     Source: Whittaker, Analytical Dynamics, par. 44; DLMF 22.19(i).
     """
     path = swing(s0, v0, curvature=curvature, beta=beta, g=g)
-    u = path.start + path.rate * array(t, "t")
+    u = path.start + path.rate * checks.array(t, "t")
     if math.isfinite(path.reach):
         sn, cn, dn = special.jacobi(u, path.m1)
         half, speed = np.arctan2(path.modulus * sn, dn), path.modulus * path.rate * cn
@@ -297,7 +287,7 @@ def valley(
 # A wheel on level ground, and the cycloid that a point of its rim draws.
 
 
-def roll_wheel(t: ArrayLike, *, radius: float, omega: float) -> tuple[Array, Array]:
+def roll_wheel(t: ArrayLike, *, radius: float, omega: float) -> tuple[checks.Array, checks.Array]:
     """Paths of a uniformly rolling wheel's centre, and of the rim point that starts on the ground.
 
     x_centre = radius omega t, and the cycloid with its cusps on the ground
@@ -318,8 +308,8 @@ def roll_wheel(t: ArrayLike, *, radius: float, omega: float) -> tuple[Array, Arr
 
     Source: Goldstein, Classical Mechanics, sec. 1.3; Whittaker, Analytical Dynamics, ch. I.
     """
-    positive(radius, "radius")
-    angle = number(omega, "omega") * array(t, "t")
+    checks.positive(radius, "radius")
+    angle = checks.number(omega, "omega") * checks.array(t, "t")
     centre = radius * angle
     # 1 - cos = 2 sin^2(angle / 2) keeps the digits of the height beside the cusp.
     height = 2.0 * radius * np.sin(0.5 * angle) ** 2
@@ -337,5 +327,5 @@ def cycloid_arch_length(radius: float) -> float:
 
     Source: Wren (1658), in Wallis, De Cycloide.
     """
-    positive(radius, "radius")
+    checks.positive(radius, "radius")
     return 8.0 * radius

@@ -1,7 +1,5 @@
 """Pumping a roller out of a valley by its inertia ratio: bang-bang control, and its bound."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

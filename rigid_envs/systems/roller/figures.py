@@ -13,19 +13,7 @@ from rigid_envs.mechanics.bodies.solids import hollow_sphere, hoop, solid_cylind
 from rigid_envs.systems.roller import closed_forms as theory
 from rigid_envs.systems.roller.controllers import Pump
 from rigid_envs.systems.roller.system import Roller
-from rigid_envs.watch.figures import (
-    BLACK,
-    BLUE,
-    GREEN,
-    INK,
-    MUTED,
-    PURPLE,
-    RED,
-    SKY,
-    Match,
-    bare,
-    exhibit,
-)
+from rigid_envs.watch import figures
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,10 +25,10 @@ if TYPE_CHECKING:
 _RADIUS, _G = 0.1, 9.81
 _SLOPE, _HEIGHT = math.radians(20.0), 1.0
 RUNNERS: tuple[tuple[str, Body, str], ...] = (
-    ("solid sphere", solid_sphere(1.0, _RADIUS), BLUE),
-    ("cylinder", solid_cylinder(1.0, _RADIUS, 0.1), GREEN),
-    ("hollow sphere", hollow_sphere(1.0, _RADIUS), PURPLE),
-    ("hoop", hoop(1.0, _RADIUS), RED),
+    ("solid sphere", solid_sphere(1.0, _RADIUS), figures.BLUE),
+    ("cylinder", solid_cylinder(1.0, _RADIUS, 0.1), figures.GREEN),
+    ("hollow sphere", hollow_sphere(1.0, _RADIUS), figures.PURPLE),
+    ("hoop", hoop(1.0, _RADIUS), figures.RED),
 )
 """Name, body of the radius 0.1 m about whose axis z it rolls, colour."""
 
@@ -50,7 +38,7 @@ def inertia_ratio(body: Body) -> float:
     return float(body.inertia[2, 2]) / (body.mass * _RADIUS**2)
 
 
-@exhibit(
+@figures.exhibit(
     title="Race down an incline: the smallest inertia ratio wins",
     caption="From rest down one metre on a slope of 20 degrees. Neither mass nor radius counts, "
     "only beta = I / (m r^2): 2/5 for the sphere, 1/2 for the cylinder, 2/3 for the hollow "
@@ -59,15 +47,15 @@ def inertia_ratio(body: Body) -> float:
     source="Goldstein, section 2.4; Landau & Lifshitz, Mechanics, section 38",
     size=(7.2, 3.8),
 )
-def race(figure: Figure) -> tuple[Match, ...]:
+def race(figure: Figure) -> tuple[figures.Match, ...]:
     """Simulate the descents until the last one is down, compare the times of arrival."""
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
     length = _HEIGHT / math.sin(_SLOPE)
     exact = [_descent(body).time for _, body, _ in RUNNERS]
-    bare(left)
+    figures.bare(left)
     left.set_title(f"when the sphere arrives, after {exact[0]:.2f} s")
     end = 1.08 * length * np.array([math.cos(_SLOPE), -math.sin(_SLOPE)])
-    left.plot([0.0, end[0]], [0.0, end[1]], color=INK, lw=1.2)
+    left.plot([0.0, end[0]], [0.0, end[1]], color=figures.INK, lw=1.2)
     errors = []
     for k, (name, body, color) in enumerate(RUNNERS):
         system = Roller(1.0, _RADIUS, inertia_ratio(body), _G, _SLOPE)
@@ -77,14 +65,14 @@ def race(figure: Figure) -> tuple[Match, ...]:
         t = np.linspace(0.0, exact[k], 60)
         path = system.simulate(system.state(), t)["arc_length"]
         right.plot(t, path, color=color, label=name)
-        right.plot(exact[k], length, "o", color=BLACK, ms=5, zorder=4)
-    right.plot([], [], "o", color=BLACK, ms=5, label="arrival, closed form")
-    right.axhline(length, color=INK, lw=0.9)
+        right.plot(exact[k], length, "o", color=figures.BLACK, ms=5, zorder=4)
+    right.plot([], [], "o", color=figures.BLACK, ms=5, label="arrival, closed form")
+    right.axhline(length, color=figures.INK, lw=0.9)
     right.set_xlabel("time [s]"), right.set_title("way down the incline [m]")
     right.set_xlim(0.0, None), right.set_ylim(0.0, None)
     figure.legend(ncols=5, columnspacing=1.0)
     error = max(errors)
-    return (Match("largest distance from the goal when due there", error, 0.0, 1e-12, "m"),)
+    return (figures.Match("largest distance from the goal when due there", error, 0.0, 1e-12, "m"),)
 
 
 def _descent(body: Body) -> theory.Descent:
@@ -100,7 +88,7 @@ def _draw_runner(axes: Axes, s: float, k: int, color: str) -> None:
     foot = lane + s * along
     ends = np.array([lane, lane + _HEIGHT / math.sin(_SLOPE) * along])
     axes.plot(*ends.T, color="#d5dbe3", lw=1.0, zorder=1)
-    axes.plot(*np.array([ends[1], ends[1] + 0.3 * up]).T, color=INK, lw=1.0, ls=":")
+    axes.plot(*np.array([ends[1], ends[1] + 0.3 * up]).T, color=figures.INK, lw=1.0, ls=":")
     size = 0.16  # drawn larger than it is
     t = np.linspace(0.0, 2.0 * math.pi, 121)
     centre = foot + size * up
@@ -118,7 +106,7 @@ _MU, _SPEED = 0.3, 4.0
 _BALL = {"beta": 0.4, "radius": _RADIUS, "mu": _MU, "g": _G}
 
 
-@exhibit(
+@figures.exhibit(
     title="Rolling and slipping",
     caption="Top: a ball pushed off without spin slides, slows down and spins up until its "
     "contact is at rest; from then on a point of its rim draws a cycloid. It keeps 5/7 of its "
@@ -128,7 +116,7 @@ _BALL = {"beta": 0.4, "radius": _RADIUS, "mu": _MU, "g": _G}
     source="Sommerfeld, Mechanics, section 27; Goldstein, sections 1.3 and 2.4",
     size=(7.2, 4.6),
 )
-def slipping(figure: Figure) -> tuple[Match, ...]:
+def slipping(figure: Figure) -> tuple[figures.Match, ...]:
     """Friction that the systems need against closed form; a ball that slides first."""
     grid = figure.subplot_mosaic([["path", "path"], ["friction", "speeds"]], height_ratios=(1, 1.9))
     error = _draw_friction(grid["friction"])
@@ -137,23 +125,23 @@ def slipping(figure: Figure) -> tuple[Match, ...]:
     place, velocity, omega = theory.slide(t, [_SPEED, 0.0], np.zeros(3), **_BALL)
     _draw_path(grid["path"], t, place, omega, end)
     axes = grid["speeds"]
-    axes.plot(t, velocity[:, 0], color=BLUE, label="v of the centre")
-    axes.plot(t, _RADIUS * omega[:, 1], color=SKY, ls="--", label="r omega")
-    axes.axvline(end.time, color=MUTED, lw=0.9, ls=":")
+    axes.plot(t, velocity[:, 0], color=figures.BLUE, label="v of the centre")
+    axes.plot(t, _RADIUS * omega[:, 1], color=figures.SKY, ls="--", label="r omega")
+    axes.axvline(end.time, color=figures.MUTED, lw=0.9, ls=":")
     axes.set_title("a ball that starts without spin [m/s]"), axes.set_xlabel("time [s]")
     axes.set_xlim(0.0, t[-1]), axes.set_ylim(0.0, 1.05 * _SPEED)
     axes.legend(loc="lower right")
     axes.annotate(
         "rolls: v = r omega", (end.time, 3.45), (6, 0), textcoords="offset points",
-        fontsize=8.5, color=MUTED,
+        fontsize=8.5, color=figures.MUTED,
     )  # fmt: skip
     figure.legend(*grid["friction"].get_legend_handles_labels(), ncols=5, columnspacing=1.0)
     # the friction has no moment about a line on the ground
     momentum = velocity[:, 0] + _BALL["beta"] * _RADIUS * omega[:, 1]
     change = float(np.ptp(momentum) / momentum[0])
     return (
-        Match("largest error of the friction that rolling needs", error, 0.0, 1e-12),
-        Match("change of the momentum about the ground, relative", change, 0.0, 1e-12),
+        figures.Match("largest error of the friction that rolling needs", error, 0.0, 1e-12),
+        figures.Match("change of the momentum about the ground, relative", change, 0.0, 1e-12),
     )
 
 
@@ -170,11 +158,13 @@ def _draw_friction(axes: Axes) -> float:
             for slope in slopes.tolist()
         ]
         axes.plot(np.degrees(slopes), needed, color=color, label=name)
-        axes.plot(np.degrees(slopes[4::10]), exact[4::10], "o", ms=3.5, color=BLACK, zorder=4)
+        axes.plot(
+            np.degrees(slopes[4::10]), exact[4::10], "o", ms=3.5, color=figures.BLACK, zorder=4
+        )
         errors.append(float(np.max(np.abs(needed - exact))))
-    axes.plot([], [], "o", ms=3.5, color=BLACK, label="closed form")
-    axes.axhline(_MU, color=INK, lw=0.9, ls=":")
-    axes.text(2.0, _MU + 0.02, f"mu = {_MU}: slips above", fontsize=8.5, color=MUTED)
+    axes.plot([], [], "o", ms=3.5, color=figures.BLACK, label="closed form")
+    axes.axhline(_MU, color=figures.INK, lw=0.9, ls=":")
+    axes.text(2.0, _MU + 0.02, f"mu = {_MU}: slips above", fontsize=8.5, color=figures.MUTED)
     axes.set_xlim(0, 60), axes.set_ylim(0, 0.9)
     axes.set_xlabel("slope [degrees]"), axes.set_title("friction that rolling needs")
     return max(errors)
@@ -187,15 +177,15 @@ def _draw_path(axes: Axes, t: Array, place: Array, omega: Array, end: theory.Sli
     z = _RADIUS - _RADIUS * np.cos(turn)
     slides = t <= end.time
     axes.set_aspect("equal")
-    axes.plot(x[slides], z[slides], color=RED)
-    axes.plot(x[~slides], z[~slides], color=BLUE)
-    axes.axhline(0.0, color=INK, lw=1.0)
+    axes.plot(x[slides], z[slides], color=figures.RED)
+    axes.plot(x[~slides], z[~slides], color=figures.BLUE)
+    axes.axhline(0.0, color=figures.INK, lw=1.0)
     a = np.linspace(0.0, 2.0 * math.pi, 121)
     for k in (0, int(np.argmin(slides)), len(t) - 1):
         rim = place[k, 0] + _RADIUS * np.cos(a), _RADIUS + _RADIUS * np.sin(a)
-        axes.plot(*rim, color=MUTED, lw=1.0)
-    axes.text(place[0, 0], 0.23, "slides", color=RED, ha="center", fontsize=9)
-    axes.text(end.position[0], 0.23, "begins to roll", color=BLUE, ha="center", fontsize=9)
+        axes.plot(*rim, color=figures.MUTED, lw=1.0)
+    axes.text(place[0, 0], 0.23, "slides", color=figures.RED, ha="center", fontsize=9)
+    axes.text(end.position[0], 0.23, "begins to roll", color=figures.BLUE, ha="center", fontsize=9)
     axes.axis("off")
 
 
@@ -206,7 +196,7 @@ _DT, _RIM, _START = 0.002, math.radians(75.0), -math.radians(20.0) / 0.5
 _PUMP = Pump(_VALLEY, beta_change=0.6, dt=_DT)
 
 
-@exhibit(
+@figures.exhibit(
     title="Pumping a wheel out of a valley",
     caption="No force drives the wheel. It moves masses outwards at the turning points, where "
     "that costs nothing, and inwards at the bottom, where that costs work. Each pass of the "
@@ -215,17 +205,19 @@ _PUMP = Pump(_VALLEY, beta_change=0.6, dt=_DT)
     source="Tea & Falk 1968, Pumping on a swing, American Journal of Physics 36:1165",
     size=(7.2, 3.9),
 )
-def pump(figure: Figure) -> tuple[Match, ...]:
+def pump(figure: Figure) -> tuple[figures.Match, ...]:
     """Pump until the rim is passed; compare the heights of the turning points with the law."""
     t, s, change, heights = _run()
     left, right = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
     _draw_swings(left, t, s, change)
     n = np.arange(len(heights))
-    right.plot(n, heights, "o", color=BLACK, ms=5, label="simulated turning points", zorder=4)
-    right.plot(n, heights[0] * _PUMP.gain**n, color=BLUE, label="law: h gain$^n$")
+    right.plot(
+        n, heights, "o", color=figures.BLACK, ms=5, label="simulated turning points", zorder=4
+    )
+    right.plot(n, heights[0] * _PUMP.gain**n, color=figures.BLUE, label="law: h gain$^n$")
     rim = 2.0 * math.sin(0.5 * _RIM) ** 2 / _VALLEY.curvature
-    right.axhline(rim, color=MUTED, ls=":", lw=1.0)
-    right.text(0.0, 1.02 * rim, "rim", color=MUTED, fontsize=8.5, va="bottom")
+    right.axhline(rim, color=figures.MUTED, ls=":", lw=1.0)
+    right.text(0.0, 1.02 * rim, "rim", color=figures.MUTED, fontsize=8.5, va="bottom")
     right.set_yscale("log"), right.set_yticks([0.1, 0.2, 0.5, 1.0], ["0.1", "0.2", "0.5", "1"])
     right.minorticks_off()
     right.set_ylim(0.09, 2.3), right.set_xticks(n)
@@ -235,8 +227,8 @@ def pump(figure: Figure) -> tuple[Match, ...]:
     worst = float(gains[np.argmax(np.abs(gains - _PUMP.gain))])
     passes = int(_PUMP.least_passes([_START, 0.0], _RIM))
     return (
-        Match("gain of height per pass, worst", worst, _PUMP.gain, 2e-5),
-        Match("passes to the rim", float(_passes(s)), float(passes), 0.0),
+        figures.Match("gain of height per pass, worst", worst, _PUMP.gain, 2e-5),
+        figures.Match("passes to the rim", float(_passes(s)), float(passes), 0.0),
     )
 
 
@@ -264,10 +256,10 @@ def _passes(s: Array) -> int:
 def _draw_swings(axes: Axes, t: Array, s: Array, change: Array) -> None:
     angle = np.degrees(_VALLEY.curvature * s)
     large = change > 0.0
-    axes.plot(t, np.where(large, angle, np.nan), color=RED, label="masses out")
-    axes.plot(t, np.where(large, np.nan, angle), color=GREEN, label="masses in")
+    axes.plot(t, np.where(large, angle, np.nan), color=figures.RED, label="masses out")
+    axes.plot(t, np.where(large, np.nan, angle), color=figures.GREEN, label="masses in")
     for side in (1.0, -1.0):
-        axes.axhline(side * math.degrees(_RIM), color=MUTED, ls=":", lw=1.0)
-    axes.text(0.1, math.degrees(_RIM) + 2.0, "rim", color=MUTED, fontsize=8.5)
+        axes.axhline(side * math.degrees(_RIM), color=figures.MUTED, ls=":", lw=1.0)
+    axes.text(0.1, math.degrees(_RIM) + 2.0, "rim", color=figures.MUTED, fontsize=8.5)
     axes.set_xlim(0.0, t[-1]), axes.set_ylim(-88.0, 88.0)
     axes.set_xlabel("time [s]"), axes.set_title("angle from the bottom of the valley [degrees]")

@@ -1,17 +1,15 @@
 """Controllers bound to the tasks of a roller, what they read in observations, and bounds."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidVectorEnv
+from rigid_envs.scores.best import TheoreticalLimit
 from rigid_envs.scores.policies import Controller, feedback, system_of
 from rigid_envs.scores.references import Decoded, Decoder, entries
-from rigid_envs.scores.theory import TheoreticalLimit
 from rigid_envs.systems.roller.controllers import Pump
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 

@@ -1,7 +1,5 @@
 """Symmetry of a roller in a valley."""
 
-from __future__ import annotations
-
 from rigid_envs.base.checks import Array
 from rigid_envs.tasks.symmetry import Point, Symmetry, signs
 

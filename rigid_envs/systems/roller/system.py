@@ -1,7 +1,5 @@
 """Wheel, sphere or hoop that rolls down an incline or through a valley."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Views of the wheel on an incline or in a valley."""
 
-from __future__ import annotations
-
 import functools
 import math
 from itertools import pairwise
@@ -12,26 +10,13 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes
-from rigid_envs.watch.scene import (
-    Arrow,
-    Arrows,
-    Camera,
-    Color,
-    Floor,
-    Mesh,
-    Part,
-    Pose,
-    Trace,
-    from_z,
-)
-from rigid_envs.watch.views import View, ghost, scaled
+from rigid_envs.watch import meshes, views
 
 MASSES = 6
-AXLE = from_z((0.0, 1.0, 0.0))  # the axis of the mesh, z, is that of rolling, y
+AXLE = views.from_z((0.0, 1.0, 0.0))  # the axis of the mesh, z, is that of rolling, y
 
 
-class RollerView(View):
+class RollerView(views.View):
     """A spoked wheel in a valley, on a hill or on an incline, with masses on its spokes.
 
     The motion is in the plane of x and z. The distance of the masses from the axle is as the root
@@ -60,59 +45,62 @@ class RollerView(View):
         turn = [math.cos(half), 0.0, math.sin(half), 0.0]
         return np.asarray(rotations.multiply(turn, AXLE))
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Wheel, masses and track."""
         track = slab() if self.bend <= 0.0 or math.isinf(self.bend) else valley()
-        masses = {f"mass{k}": Part(mass()) for k in range(MASSES)}
-        return {"wheel": Part(spoked_wheel()), "track": Part(track), **masses}
+        masses = {f"mass{k}": views.Part(mass()) for k in range(MASSES)}
+        return {"wheel": views.Part(spoked_wheel()), "track": views.Part(track), **masses}
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """From the side, with the wheel."""
-        return Camera(distance=12.0 * self.system.radius, azimuth=-80.0, follow="wheel")
+        return views.Camera(distance=12.0 * self.system.radius, azimuth=-80.0, follow="wheel")
 
-    def vectors(self) -> dict[str, Arrow]:
+    def vectors(self) -> dict[str, views.Arrow]:
         """Velocity and force."""
         width = 0.1 * self.system.radius
         return {
-            "velocity": Arrow(meshes.SKY, width, "v"),
-            "input": Arrow(meshes.INPUT, width, "force"),
+            "velocity": views.Arrow(meshes.SKY, width, "v"),
+            "input": views.Arrow(meshes.INPUT, width, "force"),
         }
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """Path of the centre."""
-        return {"path": Trace(meshes.PATH, 0.05 * self.system.radius, length=200)}
+        return {"path": views.Trace(meshes.PATH, 0.05 * self.system.radius, length=200)}
 
-    def track(self) -> Pose:
+    def track(self) -> views.Pose:
         """Pose of the track: its middle below the centre at s = 0, or its bottom in a valley."""
         r, bend, slope = self.system.radius, self.bend, self.system.slope
         tilt = np.array([math.cos(0.5 * slope), 0.0, math.sin(0.5 * slope), 0.0])
         if bend <= 0.0 or math.isinf(bend):
             down = np.array([-r * math.sin(slope), 0.0, -r * math.cos(slope)])
-            return Pose(down, tilt, (60.0 * r, 3.0 * r, 0.2 * r))
+            return views.Pose(down, tilt, (60.0 * r, 3.0 * r, 0.2 * r))
         middle = bend * np.array([math.sin(slope), 0.0, math.cos(slope)])
-        return Pose(middle, scale=(bend + r, 2.4 * r, bend + r))
+        return views.Pose(middle, scale=(bend + r, 2.4 * r, bend + r))
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The masses stand on the spokes."""
         r, q, centre = self.system.radius, self.attitude(moment), self.centre(moment)
         share = (self.system.beta + moment.u[1]) / self.largest
         out = 0.74 * r * math.sqrt(min(share, 1.0))
-        poses = {"wheel": Pose(centre, q, (r, r, r)), "track": self.track()}
+        poses = {"wheel": views.Pose(centre, q, (r, r, r)), "track": self.track()}
         for k in range(MASSES):
             angle = k * math.pi / 3.0
             spoke = rotations.rotate(q, (out * math.cos(angle), out * math.sin(angle), 0.0))
-            poses[f"mass{k}"] = Pose(centre + spoke, q, (r, r, r))
+            poses[f"mass{k}"] = views.Pose(centre + spoke, q, (r, r, r))
         return poses
 
-    def arrows(self, moment: Moment) -> Arrows:
+    def arrows(self, moment: Moment) -> views.Arrows:
         """Both in front of the wheel, from its axle."""
         descent = float(self.system.accessors["descent"](moment.y))
         along = np.array([math.cos(descent), 0.0, -math.sin(descent)])
         r, system = self.system.radius, self.system
         start = self.centre(moment) - (0.0, 0.3 * r, 0.0)
         speed = float(system.accessors["velocity"](moment.y))
-        pull = scaled(moment.u[0] * along, 2.0 * r / (system.m * system.g), 3.0 * r)
-        return {"velocity": (start, scaled(speed * along, 0.5, 3.0 * r)), "input": (start, pull)}
+        pull = views.scaled(moment.u[0] * along, 2.0 * r / (system.m * system.g), 3.0 * r)
+        return {
+            "velocity": (start, views.scaled(speed * along, 0.5, 3.0 * r)),
+            "input": (start, pull),
+        }
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """The centre, in front of the wheel."""
@@ -128,28 +116,29 @@ class RollerView(View):
 class RollPumpView(RollerView):
     """A wheel that is to pass a rim of its valley; the rims are green, with ghosts of the wheel."""
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """The valley ends at the rim; ghosts stand there."""
-        ghosts = {f"goal{k}": ghost(goal_wheel(), 0.4) for k in (0, 1)}
-        return super().parts() | {"track": Part(valley(self.task.rim)), **ghosts}
+        ghosts = {f"goal{k}": views.ghost(goal_wheel(), 0.4) for k in (0, 1)}
+        return super().parts() | {"track": views.Part(valley(self.task.rim)), **ghosts}
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """The whole valley from the side."""
         wide = 2.0 * (self.bend + self.system.radius)
         high = 0.5 * self.bend * (1.25 - math.cos(self.task.rim))
-        return Camera((0.0, 0.0, high), 1.72 * wide, azimuth=-82.0, elevation=14.0)
+        return views.Camera((0.0, 0.0, high), 1.72 * wide, azimuth=-82.0, elevation=14.0)
 
-    def floor(self) -> Floor | None:
+    def floor(self) -> views.Floor | None:
         """Below the valley, which rests on it."""
         low = self.bend - 1.03 * (self.bend + self.system.radius)
-        return Floor(low, 8.0 * self.bend, 1.0)
+        return views.Floor(low, 8.0 * self.bend, 1.0)
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """Also the ghosts."""
         r, bend, rim = self.system.radius, self.bend, self.task.rim
         x, z = bend * math.sin(rim), bend * (1.0 - math.cos(rim))
         ghosts = {
-            f"goal{k}": Pose((side * x, 0.0, z), AXLE, (r, r, r)) for k, side in enumerate((-1, 1))
+            f"goal{k}": views.Pose((side * x, 0.0, z), AXLE, (r, r, r))
+            for k, side in enumerate((-1, 1))
         }
         return super().poses(moment) | ghosts
 
@@ -164,7 +153,7 @@ class RollPumpView(RollerView):
 
 
 @functools.cache
-def spoked_wheel() -> Mesh:
+def spoked_wheel() -> meshes.Mesh:
     """Wheel of radius 1 about z with six spokes and a red mark at +y."""
     spokes = []
     for k in range(6):
@@ -177,25 +166,25 @@ def spoked_wheel() -> Mesh:
 
 
 @functools.cache
-def goal_wheel() -> Mesh:
+def goal_wheel() -> meshes.Mesh:
     """Ring of radius 1 about z: where a wheel is to be."""
     return meshes.ring(0.84, 1.0, 0.3, meshes.GREEN, 48)
 
 
 @functools.cache
-def mass() -> Mesh:
+def mass() -> meshes.Mesh:
     """Small ball that slides on a spoke, of radius 0.12."""
     return meshes.ball(0.12, meshes.RED, n=10)
 
 
 @functools.cache
-def slab() -> Mesh:
+def slab() -> meshes.Mesh:
     """Board of side 1 below z = 0."""
     return meshes.moved(meshes.box((1.0, 1.0, 1.0), [meshes.LIGHT]), (0.0, 0.0, -0.5))
 
 
 @functools.cache
-def valley(rim: float = 1.2) -> Mesh:
+def valley(rim: float = 1.2) -> meshes.Mesh:
     """Trough whose bottom is a circle of radius 1 about y, of width 1.
 
     Args:
@@ -209,7 +198,7 @@ def valley(rim: float = 1.2) -> Mesh:
     return meshes.join(*bands, *edges)
 
 
-def _arc(first: float, last: float, color: Color) -> Mesh:
+def _arc(first: float, last: float, color: meshes.Color) -> meshes.Mesh:
     """Part of the trough between two angles."""
     angle = np.linspace(first, last, 3)
     out = np.stack([np.sin(angle), 0.0 * angle, -np.cos(angle)], axis=-1)

@@ -1,7 +1,5 @@
 """Controllers of a rolling ball."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache, cached_property
 

@@ -5,23 +5,14 @@ import math
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.mechanics.laws import (
-    EPS,
-    Subject,
-    attitudes,
-    laws_of_every_system,
-    matrices,
-    max_abs,
-    random_states,
-    stencil,
-)
+from rigid_envs.mechanics import laws
 from rigid_envs.systems.rolling_ball import closed_forms as theory
 from rigid_envs.systems.rolling_ball.system import RollingBall
 
-SUBJECT = Subject("rolling_ball", "a ball that rolls without slip, its velocity given")
+SUBJECT = laws.Subject("rolling_ball", "a ball that rolls without slip, its velocity given")
 
 _BALL = RollingBall(0.7)
-_Y, _U = random_states(_BALL, 20)
+_Y, _U = laws.random_states(_BALL, 20)
 _Q = _BALL.components["q"]
 
 
@@ -32,26 +23,26 @@ _Q = _BALL.components["q"]
 )
 def the_contact_point_is_at_rest() -> float:
     """V + omega x (-r e_z) = 0, omega from R' R^T; v and omega_z are what was asked for."""
-    motion = stencil(_BALL, _Y, _U)
+    motion = laws.stencil(_BALL, _Y, _U)
     omega = motion.omega()
     v = motion.rate(_BALL.position(motion.y))
     contact = np.pad(v, ((0, 0), (0, 1))) + np.cross(omega, [0.0, 0.0, -_BALL.radius])
-    return max_abs(contact, np.concatenate([v, omega[:, 2:]], axis=-1) - _U)
+    return laws.max_abs(contact, np.concatenate([v, omega[:, 2:]], axis=-1) - _U)
 
 
-laws_of_every_system(SUBJECT, _BALL, _Y, _U)
+laws.laws_of_every_system(SUBJECT, _BALL, _Y, _U)
 
 
 @SUBJECT.law(
     "invariants with the squared length of q",
-    bound=8 * EPS,
+    bound=8 * laws.EPS,
     why="some roundings of a number near 1",
 )
 def the_invariant_is_the_length_of_the_quaternion() -> float:
     """|q|^2, of quaternions up to 1e-6 away from unit ones."""
     y = _Y.copy()
     y[:, _Q] *= np.linspace(1.0 - 9e-7, 1.0 + 9e-7, 20)[:, None]
-    return max_abs(_BALL.invariants(y)["q_squared"] - np.linalg.norm(y[:, _Q], axis=-1) ** 2)
+    return laws.max_abs(_BALL.invariants(y)["q_squared"] - np.linalg.norm(y[:, _Q], axis=-1) ** 2)
 
 
 @SUBJECT.law(
@@ -64,12 +55,12 @@ def quaternions_are_kept_unit() -> float:
     y = _Y.copy()
     y[:, _Q] *= np.linspace(1.0 - 9e-7, 1.0 + 9e-7, 20)[:, None]
     found, expected = _BALL.advance(y, _U, 0.5), _BALL.advance(_Y, _U, 0.5)
-    return max_abs(np.linalg.norm(found[:, _Q], axis=-1) - 1.0, found[:, _Q] - expected[:, _Q])
+    return laws.max_abs(np.linalg.norm(found[:, _Q], axis=-1) - 1.0, found[:, _Q] - expected[:, _Q])
 
 
 @SUBJECT.law(
     "a step of advance with the rotation by an exact quarter turn",
-    bound=4 * EPS,
+    bound=4 * laws.EPS,
     why="roundings: the polynomials are exact to one over a quarter turn",
 )
 def a_step_of_a_quarter_turn_is_exact() -> float:
@@ -77,24 +68,24 @@ def a_step_of_a_quarter_turn_is_exact() -> float:
     v = np.random.default_rng(4).normal(size=(1000, 3))
     ball = RollingBall(1.0)
     v /= np.linalg.norm(v, axis=-1, keepdims=True)
-    h = 0.5 * math.pi * (1.0 - 4.0 * EPS)
+    h = 0.5 * math.pi * (1.0 - 4.0 * laws.EPS)
     omega = np.stack([-v[:, 1], v[:, 0], v[:, 2]], axis=-1)
     exact = np.pad(math.sin(0.5 * h) * omega, ((0, 0), (1, 0)), constant_values=math.cos(0.5 * h))
-    return max_abs(ball.advance(ball.state(), v, h)[:, _Q] - exact)
+    return laws.max_abs(ball.advance(ball.state(), v, h)[:, _Q] - exact)
 
 
 @SUBJECT.law(
     "advance in a million quarter turns with the rotation about the same axis",
-    bound=1e6 * EPS,
+    bound=1e6 * laws.EPS,
     why="the angle of every step is rounded the same way: a million times eps at most",
 )
 def a_million_quarter_turns_add_up() -> float:
     """The angle turned about a fixed axis, 1.5e6 rad: what is wrong in every step adds up."""
     ball, n = RollingBall(1.0), 2**20  # a power of two: n h is exact
-    angle = n * 0.5 * math.pi * (1.0 - 4.0 * EPS)
+    angle = n * 0.5 * math.pi * (1.0 - 4.0 * laws.EPS)
     end = ball.advance(ball.state(), (0.6, 0.0, 0.8), angle, n)
     axis = np.array([0.0, 0.6, 0.8])
-    return max_abs(end[_Q] - [math.cos(0.5 * angle), *(math.sin(0.5 * angle) * axis)])
+    return laws.max_abs(end[_Q] - [math.cos(0.5 * angle), *(math.sin(0.5 * angle) * axis)])
 
 
 @SUBJECT.law(
@@ -109,8 +100,8 @@ def rolls_along_segments_follow_their_closed_form() -> float:
     segments = np.column_stack([u, np.full(10, 0.7)])
     way, turn = theory.roll_segments(np.minimum(t, segments[:, 3].sum()), segments, _BALL.radius)
     motion = _BALL.simulate(_Y[0], t, u)
-    R = matrices(turn) @ attitudes(_Y[0])
-    return max_abs(motion["position"] - _BALL.position(_Y[0]) - way, motion["R"] - R)
+    R = laws.matrices(turn) @ laws.attitudes(_Y[0])
+    return laws.max_abs(motion["position"] - _BALL.position(_Y[0]) - way, motion["R"] - R)
 
 
 @SUBJECT.law(
@@ -132,8 +123,8 @@ def rolls_round_a_circle_follow_their_closed_form() -> float:
 
     start = _BALL.state(q=_Y[0, _Q], position=place[0])
     motion = _BALL.simulate(start, t, velocity)
-    R = matrices(turn) @ attitudes(_Y[0])
-    return max_abs(motion["position"] - place, motion["R"] - R)
+    R = laws.matrices(turn) @ laws.attitudes(_Y[0])
+    return laws.max_abs(motion["position"] - place, motion["R"] - R)
 
 
 @SUBJECT.law(
@@ -150,7 +141,7 @@ def small_loops_turn_the_ball_by_their_area() -> float:
         R = _BALL.simulate(_BALL.state(), np.arange(5.0), u)["R"][-1]
         turn = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]) / 2.0
         errors.append(turn / 1e-6 + [0.0, 0.0, sense])
-    return max_abs(*errors)
+    return laws.max_abs(*errors)
 
 
 @SUBJECT.law(
@@ -174,4 +165,4 @@ def rolling_brackets_reach_every_direction() -> float:
     rows = np.array([A @ y + b for A, b in fields])
     if np.linalg.matrix_rank(rows, tol=1e-6) != 5:
         return math.inf
-    return max_abs(x12[0] @ y + x12[1] + (spin[0] @ y) / _BALL.radius**2)
+    return laws.max_abs(x12[0] @ y + x12[1] + (spin[0] @ y) / _BALL.radius**2)

@@ -1,7 +1,5 @@
 """Controllers bound to the tasks of a ball, what they read in observations, and bounds."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -9,20 +7,12 @@ import numpy as np
 from rigid_envs.base.checks import Array
 from rigid_envs.base.settings import refusal
 from rigid_envs.control.planning import Conditions
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.mechanics import rotations
+from rigid_envs.scores.best import TheoreticalLimit, _rows
 from rigid_envs.scores.policies import Controller, Rows, Script, States, feedback, system_of
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries, goal_attitude
-from rigid_envs.scores.theory import TheoreticalLimit, _rows
-from rigid_envs.systems.rolling_ball.controllers import (
-    DampedFollower,
-    FarSightedFollower,
-    QuarterRolls,
-    attitudes,
-    elastica_headings,
-    roll_along,
-    three_rolls,
-)
+from rigid_envs.systems.rolling_ball import controllers
 from rigid_envs.systems.rolling_ball.shortest_path import shortest_path
 from rigid_envs.systems.rolling_ball.tasks.ball_grid import BallGrid
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
@@ -55,7 +45,7 @@ def _zero(envs: RigidVectorEnv) -> Array:
 def _moves(envs: RigidVectorEnv) -> Array:
     """Fewest quarter rolls home; a ball that is home already rolls out and back."""
     task: Any = envs.task
-    moves = QuarterRolls(task.system(), task.start_cells).moves(envs.y)
+    moves = controllers.QuarterRolls(task.system(), task.start_cells).moves(envs.y)
     return np.where(moves == 0, 2.0, moves)
 
 
@@ -84,7 +74,7 @@ _AHEAD, _ANEW = 200, 100  # steps that a follower looks ahead, and after which i
 def straight_rolls(task: Task, states: States, rows: Rows) -> Array:
     """Three straight rolls from where rows are to their goals, shape (n, 3, 2) [m]."""
     goals, radii = _goals(task, states)[rows], _radii(states)[rows]
-    return np.asarray(three_rolls(states.y[rows, :6], goals, radius=radii))
+    return np.asarray(controllers.three_rolls(states.y[rows, :6], goals, radius=radii))
 
 
 def rolled(task: BallPark | BallParkGoal) -> Controller:
@@ -92,7 +82,7 @@ def rolled(task: BallPark | BallParkGoal) -> Controller:
 
     def plan(states: States, rows: Rows) -> Array:
         reach = task.roll_per_step * _radii(states)[rows]
-        return roll_along(straight_rolls(task, states, rows), reach).actions
+        return controllers.roll_along(straight_rolls(task, states, rows), reach).actions
 
     return Script(plan)
 
@@ -111,14 +101,14 @@ def along_shortest_path(task: BallPark | BallParkGoal) -> Controller:
         ]
         longest = max(map(len, each))
         rolls = np.stack([np.pad(sides, [(0, longest - len(sides)), (0, 0)]) for sides in each])
-        return roll_along(rolls, reach).actions
+        return controllers.roll_along(rolls, reach).actions
 
     return Script(plan)
 
 
 def damped(task: BallSteer) -> Controller:
     """Gradient descent of the pose error, without looking ahead."""
-    controller = DampedFollower(system_of(task), task.roll_per_step / task.dt)
+    controller = controllers.DampedFollower(system_of(task), task.roll_per_step / task.dt)
 
     def policy(states: States) -> Array:
         heading = states.auxiliary(*_HEADING)
@@ -129,14 +119,18 @@ def damped(task: BallSteer) -> Controller:
 
 def far_sighted(task: BallSteer) -> Controller:
     """Linear-quadratic regulator along the elastica that the reference is on."""
-    controller = FarSightedFollower(system_of(task), task.roll_per_step / task.dt, task.dt)
+    controller = controllers.FarSightedFollower(
+        system_of(task), task.roll_per_step / task.dt, task.dt
+    )
     speed = _speed(task)
 
     def plan(states: States, rows: Rows) -> Array:
         heading = states.auxiliary(*_HEADING)[rows]
         force = states.auxiliary("force_X", "force_Y")[rows]
         path = heading, states.auxiliary("curvature")[rows], force
-        return controller.regulator(speed * elastica_headings(*path, speed * task.dt, _AHEAD)).gain
+        return controller.regulator(
+            speed * controllers.elastica_headings(*path, speed * task.dt, _AHEAD)
+        ).gain
 
     def follow(states: States, gain: Array) -> Array:
         heading = speed * states.auxiliary(*_HEADING)
@@ -147,7 +141,7 @@ def far_sighted(task: BallSteer) -> Controller:
 
 def quarter_rolls(task: BallGrid) -> Controller:
     """Shortest path home, by breadth-first search."""
-    return feedback(QuarterRolls(system_of(task), task.start_cells + _LONGEST))
+    return feedback(controllers.QuarterRolls(system_of(task), task.start_cells + _LONGEST))
 
 
 def _goals(task: Task, states: States) -> Array:
@@ -233,9 +227,9 @@ def ball_grid(task: BallGrid) -> Decoder:
     side = 0.5 * np.pi * ball.radius
 
     def decode(seen: Array) -> Decoded:
-        nearest = np.argmax(np.abs(turn(seen) @ attitudes().T), axis=-1)
+        nearest = np.argmax(np.abs(turn(seen) @ controllers.attitudes().T), axis=-1)
         cells = np.rint(place(seen))
-        return Decoded(ball, ball.state(q=attitudes()[nearest], position=side * cells))
+        return Decoded(ball, ball.state(q=controllers.attitudes()[nearest], position=side * cells))
 
     return decode
 

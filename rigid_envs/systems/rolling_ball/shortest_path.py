@@ -1,7 +1,5 @@
 """The shortest path of a rolling ball from one pose to another: an elastica, found by shooting."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

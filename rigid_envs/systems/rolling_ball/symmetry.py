@@ -1,26 +1,12 @@
 """Symmetries of balls on a plane and on a grid."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.tasks.symmetry import (
-    Point,
-    Symmetry,
-    angles,
-    attitudes,
-    offsets,
-    quarter_turns,
-    reversed_in,
-    rotations,
-    signs,
-    turned,
-    where_still,
-)
+from rigid_envs.tasks import symmetry
 
 # Symmetries of a ball that rolls on a plane, and of what it is to follow or to reach.
 #
@@ -40,22 +26,22 @@ _REVERSED = (
 )
 
 
-def _everywhere(point: Point, change: Callable[[Any], Any]) -> Point:
+def _everywhere(point: symmetry.Point, change: Callable[[Any], Any]) -> symmetry.Point:
     aux = change(point.aux) if point.aux else ()
     return point._replace(y=change(point.y), aux=aux, action=change(point.action))
 
 
-def _turn(point: Point, angle: Array) -> Point:
+def _turn(point: symmetry.Point, angle: Array) -> symmetry.Point:
     # R -> S R S^-1: the axis of the rotation turns like a vector, its angle stays
-    return _everywhere(point, lambda row: turned(row, (*_VECTORS, *_AXES), angle))
+    return _everywhere(point, lambda row: symmetry.turned(row, (*_VECTORS, *_AXES), angle))
 
 
-def _reflect(point: Point, sign: Array) -> Point:
-    sign = where_still(point.parameters, sign)
-    return _everywhere(point, lambda row: reversed_in(row, _REVERSED, sign))
+def _reflect(point: symmetry.Point, sign: Array) -> symmetry.Point:
+    sign = symmetry.where_still(point.parameters, sign)
+    return _everywhere(point, lambda row: symmetry.reversed_in(row, _REVERSED, sign))
 
 
-def _move(point: Point, offset: Array) -> Point:
+def _move(point: symmetry.Point, offset: Array) -> symmetry.Point:
     def change(row: Any) -> Any:
         places = [(a, k) for pair in _POSITIONS for k, a in enumerate(pair) if a in row._fields]
         return row._replace(**{name: getattr(row, name) + offset[:, k] for name, k in places})
@@ -63,16 +49,20 @@ def _move(point: Point, offset: Array) -> Point:
     return point._replace(y=change(point.y), aux=change(point.aux))
 
 
-def _choose_axes(point: Point, q: Array) -> Point:
+def _choose_axes(point: symmetry.Point, q: Array) -> symmetry.Point:
     # R -> R P with the same P for the ball and its goal
     P = (q[:, 0], q[:, 1], q[:, 2], q[:, 3])
-    return point._replace(y=attitudes(point.y, right=P), aux=attitudes(point.aux, right=P))
+    return point._replace(
+        y=symmetry.attitudes(point.y, right=P), aux=symmetry.attitudes(point.aux, right=P)
+    )
 
 
-TURN = Symmetry("turn about the vertical through the origin", _turn, angles)
-REFLECTION = Symmetry("reflection in a vertical plane through the origin", _reflect, signs)
-TRANSLATION = Symmetry("translation in the plane", _move, offsets)
-BODY_AXES = Symmetry("choice of the body axes", _choose_axes, rotations)
+TURN = symmetry.Symmetry("turn about the vertical through the origin", _turn, symmetry.angles)
+REFLECTION = symmetry.Symmetry(
+    "reflection in a vertical plane through the origin", _reflect, symmetry.signs
+)
+TRANSLATION = symmetry.Symmetry("translation in the plane", _move, symmetry.offsets)
+BODY_AXES = symmetry.Symmetry("choice of the body axes", _choose_axes, symmetry.rotations)
 
 
 # Symmetries of a ball that is rolled on a grid of squares: those of the square, D4.
@@ -88,11 +78,11 @@ class _Direction(NamedTuple):
 
 
 def _of_a_square(
-    apply: Callable[[Point, Array], Point], unit: float
-) -> Callable[[Point, Array], Point]:
+    apply: Callable[[symmetry.Point, Array], symmetry.Point], unit: float
+) -> Callable[[symmetry.Point, Array], symmetry.Point]:
     """The same change with side k as the direction at k quarter turns, elements times `unit`."""
 
-    def changed(point: Point, element: Array) -> Point:
+    def changed(point: symmetry.Point, element: Array) -> symmetry.Point:
         angle = _QUARTER * point.action.side
         direction = _Direction(np.cos(angle), np.sin(angle))
         new = apply(point._replace(action=direction), unit * element)
@@ -102,11 +92,13 @@ def _of_a_square(
     return changed
 
 
-QUARTER_TURN = Symmetry(
+QUARTER_TURN = symmetry.Symmetry(
     "quarter turns about the vertical through home",
     _of_a_square(TURN.apply, _QUARTER),
-    quarter_turns,
+    symmetry.quarter_turns,
 )
-GRID_REFLECTION = Symmetry(
-    "reflection in the plane through home and +x", _of_a_square(REFLECTION.apply, 1.0), signs
+GRID_REFLECTION = symmetry.Symmetry(
+    "reflection in the plane through home and +x",
+    _of_a_square(REFLECTION.apply, 1.0),
+    symmetry.signs,
 )

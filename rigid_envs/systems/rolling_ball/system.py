@@ -1,7 +1,5 @@
 """Ball that rolls without slipping on a plane, its velocity given: the kinematic ball."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar

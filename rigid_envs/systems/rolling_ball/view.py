@@ -1,7 +1,5 @@
 """Views of the ball that rolls at a given velocity: parking, following, the grid."""
 
-from __future__ import annotations
-
 import functools
 import math
 from dataclasses import replace
@@ -12,16 +10,14 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes
-from rigid_envs.watch.scene import Arrow, Arrows, Camera, Floor, Mesh, Part, Pose, Trace
-from rigid_envs.watch.views import View, ghost, scaled
+from rigid_envs.watch import meshes, views
 
 OUTSIDE = 1.02  # distance of the path on the ball from its centre [radii]: chords stay outside
 INSIDE = 0.98  # size of the ghost [radii]: the ball hides it where they coincide
 HOME, UPRIGHT = (0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
 
 
-class BallView(View):
+class BallView(views.View):
     """A ball with octants in eight colours, the path of its contact, and the input."""
 
     @property
@@ -46,38 +42,38 @@ class BallView(View):
         """Input in world axes, shape (3,)."""
         return np.append(moment.u[:2], 0.0)
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """The ball."""
-        return {"ball": Part(octant_ball())}
+        return {"ball": views.Part(octant_ball())}
 
-    def vectors(self) -> dict[str, Arrow]:
+    def vectors(self) -> dict[str, views.Arrow]:
         """The input."""
-        return {"input": Arrow(meshes.INPUT, 0.12 * self.radius, "velocity")}
+        return {"input": views.Arrow(meshes.INPUT, 0.12 * self.radius, "velocity")}
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """Path of the contact on the plane, and on the ball (in radii, as its mesh)."""
         return {
-            "path": Trace(meshes.PATH, 0.06 * self.radius),
-            "on_ball": Trace(meshes.PATH, 0.05, part="ball"),
+            "path": views.Trace(meshes.PATH, 0.06 * self.radius),
+            "on_ball": views.Trace(meshes.PATH, 0.05, part="ball"),
         }
 
-    def floor(self) -> Floor | None:
+    def floor(self) -> views.Floor | None:
         """Chequered, a metre a cell."""
-        return Floor(0.0, 40.0, 1.0)
+        return views.Floor(0.0, 40.0, 1.0)
 
-    def ball_pose(self, moment: Moment) -> Pose:
+    def ball_pose(self, moment: Moment) -> views.Pose:
         """Pose of the ball."""
         q = self.system.accessors["q"](moment.y)
-        return Pose(self.centre(moment), q, (self.radius,) * 3)
+        return views.Pose(self.centre(moment), q, (self.radius,) * 3)
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The ball."""
         return {"ball": self.ball_pose(moment)}
 
-    def arrows(self, moment: Moment) -> Arrows:
+    def arrows(self, moment: Moment) -> views.Arrows:
         """The input, from the side of the ball to which it points."""
         push = self.push(moment)
-        arrow = scaled(push, 1.2 * self.radius / self.strongest, 1.5 * self.radius)
+        arrow = views.scaled(push, 1.2 * self.radius / self.strongest, 1.5 * self.radius)
         length = float(np.linalg.norm(push))
         side = push / length if length > 0.0 else push
         return {"input": (self.centre(moment) + self.radius * side, arrow)}
@@ -88,9 +84,9 @@ class BallView(View):
         foot = self.centre(moment) + 0.985 * self.radius * down
         return {"path": foot, "on_ball": OUTSIDE * rotations.rotate_inverse(q, down)}
 
-    def upright_goal(self) -> dict[str, Part]:
+    def upright_goal(self) -> dict[str, views.Part]:
         """Ghost of the ball."""
-        return {"goal": ghost(octant_ball())}
+        return {"goal": views.ghost(octant_ball())}
 
     def off_goal(self, moment: Moment, position: npt.ArrayLike, q: npt.ArrayLike) -> str:
         """Distance and angle from a goal, as a reading."""
@@ -108,20 +104,20 @@ class RollingBallView(BallView):
         """Largest speed [m/s]; a radius per second where the task has none."""
         return self.radius * float(getattr(self.task, "largest_roll_rate", 1.0))
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """From above, with the ball."""
-        return Camera((0.0, 0.0, 0.5 * self.radius), 12.0 * self.radius, follow="ball")
+        return views.Camera((0.0, 0.0, 0.5 * self.radius), 12.0 * self.radius, follow="ball")
 
 
 class BallParkView(RollingBallView):
     """A ball that is to be parked upright at the origin, where its ghost stands."""
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """The start square and room for manoeuvres."""
         far = 9.6 + 1.6 * self.task.start_half_width
-        return Camera((0.0, 0.0, 0.7), far, azimuth=-65.0, elevation=38.0)
+        return views.Camera((0.0, 0.0, 0.7), far, azimuth=-65.0, elevation=38.0)
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Also the ghost."""
         return super().parts() | self.upright_goal()
 
@@ -129,11 +125,11 @@ class BallParkView(RollingBallView):
         """Position [m] and attitude of the goal."""
         return HOME, UPRIGHT
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """Also the ghost."""
         position, q = self.goal(moment)
         centre = np.append(position, self.radius)
-        return super().poses(moment) | {"goal": Pose(centre, q, (INSIDE * self.radius,) * 3)}
+        return super().poses(moment) | {"goal": views.Pose(centre, q, (INSIDE * self.radius,) * 3)}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """How far the goal is."""
@@ -156,10 +152,10 @@ class BallParkGoalView(BallParkView):
 class BallSteerView(BallParkView):
     """A ball that is to follow a ghost, which rolls along its own path."""
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """It follows the ghost."""
         far = 11.0 * self.radius
-        return Camera((0.0, 0.0, 0.5 * self.radius), far, -65.0, 38.0, follow="goal")
+        return views.Camera((0.0, 0.0, 0.5 * self.radius), far, -65.0, 38.0, follow="goal")
 
     def goal(self, moment: Moment) -> tuple[npt.ArrayLike, npt.ArrayLike]:
         """Position [m] and attitude of the reference."""
@@ -167,15 +163,15 @@ class BallSteerView(BallParkView):
         position = [aux["reference_X"], aux["reference_Y"]]
         return position, [aux[f"reference_{k}"] for k in "wxyz"]
 
-    def floor(self) -> Floor | None:
+    def floor(self) -> views.Floor | None:
         """As far as the reference rolls."""
-        return Floor(0.0, 60.0, 1.0)
+        return views.Floor(0.0, 60.0, 1.0)
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """Also the path of the reference."""
         paths = super().traces()
         paths["on_ball"] = replace(paths["on_ball"], length=60)
-        return paths | {"reference": Trace(meshes.GREEN, 0.05 * self.radius)}
+        return paths | {"reference": views.Trace(meshes.GREEN, 0.05 * self.radius)}
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """Also the contact of the reference."""
@@ -199,21 +195,23 @@ class BallGridView(BallParkView):
         """Side of a cell [m]."""
         return 0.5 * math.pi * self.radius
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """The cells of the start, and one more."""
         far = (5.0 + 2.4 * self.task.start_cells) * self.cell
-        return Camera((0.0, 0.0, 0.0), min(far, 24.0 * self.cell), azimuth=-65.0, elevation=48.0)
+        return views.Camera(
+            (0.0, 0.0, 0.0), min(far, 24.0 * self.cell), azimuth=-65.0, elevation=48.0
+        )
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Also the home cell."""
-        home = ghost(goal_cell(), 0.9)
+        home = views.ghost(goal_cell(), 0.9)
         return super().parts() | {"home": home}
 
-    def floor(self) -> Floor | None:
+    def floor(self) -> views.Floor | None:
         """The origin is the middle of a cell."""
-        return Floor(0.0, 25.0 * self.cell, self.cell)
+        return views.Floor(0.0, 25.0 * self.cell, self.cell)
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """The path on the plane alone."""
         return {"path": super().traces()["path"]}
 
@@ -221,11 +219,11 @@ class BallGridView(BallParkView):
         """The contact on the plane."""
         return {"path": super().points(moment)["path"]}
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """Also the home cell."""
         side = self.cell
         return super().poses(moment) | {
-            "home": Pose((0.0, 0.0, 0.02 * side), scale=(side, side, 0.02 * side))
+            "home": views.Pose((0.0, 0.0, 0.02 * side), scale=(side, side, 0.02 * side))
         }
 
     @property
@@ -243,13 +241,13 @@ class BallGridView(BallParkView):
 
 
 @functools.cache
-def octant_ball() -> Mesh:
+def octant_ball() -> meshes.Mesh:
     """Ball of radius 1 with octants in eight colours."""
     return meshes.octants(1.0, meshes.OCTANTS)
 
 
 @functools.cache
-def goal_cell() -> Mesh:
+def goal_cell() -> meshes.Mesh:
     """Square of side 1 across z, with a border."""
     border = meshes.moved(meshes.box((1.0, 1.0, 1.0), [meshes.GREEN]), (0.0, 0.0, -0.5))
     inner = meshes.moved(meshes.box((0.8, 0.8, 1.0), [meshes.CREAM]), (0.0, 0.0, -0.4))

@@ -330,14 +330,7 @@ def legendre_constants(
 
 
 def spins(
-    theta: ArrayLike,
-    c1: float,
-    c2: float,
-    *,
-    m: float,
-    radius: float,
-    i_perp: float,
-    i3: float,
+    theta: ArrayLike, c1: float, c2: float, *, m: float, radius: float, i_perp: float, i3: float
 ) -> tuple[Array, Array]:
     """Precession and axial spin at any lean, from the two integrals of the motion.
 

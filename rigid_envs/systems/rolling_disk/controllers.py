@@ -1,7 +1,5 @@
 """Leading a rolling disk round a circle by leaning it: linear feedback about steady rolling."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,7 +19,7 @@ _TINY = 1e-18  # squares of rates [rad^2/s^2]: a disk that stands has no curvatu
 _STIFFNESS = np.linspace(-40.0, 40.0, 41)  # g / radius; for which there are gains
 
 
-class Rolling(NamedTuple):
+class DiskMotion(NamedTuple):
     """Rolling motion of a disk without its place, heading and phase; each of shape (...).
 
     Attributes:
@@ -37,17 +35,17 @@ class Rolling(NamedTuple):
     w3: Array
 
 
-def rolling(y: npt.ArrayLike) -> Rolling:
+def rolling(y: npt.ArrayLike) -> DiskMotion:
     """Rolling motion of disks in states y of `RollingDisk`, shape (..., 9)."""
     rows = np.asarray(y, dtype=np.float64)
     vertical = rotations.rotate_inverse(rows[..., :4], _E_Z)
     s = np.hypot(vertical[..., 0], vertical[..., 1])
     n1, n2 = vertical[..., 0] / s, vertical[..., 1] / s
     wn, wl = n1 * rows[..., 4] + n2 * rows[..., 5], n1 * rows[..., 5] - n2 * rows[..., 4]
-    return Rolling(np.arctan2(-vertical[..., 2], s), -wl, wn, rows[..., 6])
+    return DiskMotion(np.arctan2(-vertical[..., 2], s), -wl, wn, rows[..., 6])
 
 
-def rolling_state(motion: Rolling) -> Array:
+def rolling_state(motion: DiskMotion) -> Array:
     """States of `RollingDisk`, shape (..., 9), of a motion at the origin, heading and phase 0."""
     lean, rate, wn, w3 = np.broadcast_arrays(*motion)
     zero = np.zeros_like(lean)
@@ -145,12 +143,12 @@ class CircleRegulator:
         lean = self.torque * np.asarray(action, dtype=np.float64)
         return np.concatenate([0.0 * lean, lean, 0.0 * lean], axis=-1)
 
-    def curvature(self, now: Rolling) -> Array:
+    def curvature(self, now: DiskMotion) -> Array:
         """Curvature of the path of the contact, times the radius, shape (...); 0 if it stands."""
         s, c = np.cos(now.lean), -np.sin(now.lean)
         return _over(now.wn, s * now.w3 - now.wn * c)
 
-    def to_go(self, now: Rolling, curvature: npt.ArrayLike) -> Array:
+    def to_go(self, now: DiskMotion, curvature: npt.ArrayLike) -> Array:
         """Newton's step theta* - theta, shape (...) [rad]."""
         s, c = np.cos(now.lean), -np.sin(now.lean)
         wn_t, w3_t = self._slopes(now)
@@ -159,18 +157,18 @@ class CircleRegulator:
         slope = _over(wn_t - found * roll_rate_t, roll_rate)
         return _over(np.asarray(curvature) - found, slope)
 
-    def _moved(self, now: Rolling, step: Array) -> Rolling:
+    def _moved(self, now: DiskMotion, step: Array) -> DiskMotion:
         """The motion at a lean that is `step` further, at rest."""
         wn_t, w3_t = self._slopes(now)
-        return Rolling(now.lean + step, 0.0 * step, now.wn + wn_t * step, now.w3 + w3_t * step)
+        return DiskMotion(now.lean + step, 0.0 * step, now.wn + wn_t * step, now.w3 + w3_t * step)
 
-    def _slopes(self, now: Rolling) -> tuple[Array, Array]:
+    def _slopes(self, now: DiskMotion) -> tuple[Array, Array]:
         """Derivatives of wn and w3 along the lean."""
         cot, rim = -np.tan(now.lean), self.disk.m * self.disk.radius**2
         wn_t = self.disk.I3 / self.disk.I1 * now.w3 - now.wn * cot
         return wn_t, rim / (self.disk.I3 + rim) * now.wn
 
-    def _push(self, at: Rolling) -> tuple[Array, Array]:
+    def _push(self, at: DiskMotion) -> tuple[Array, Array]:
         """The push f [N m] and its stiffness df/dtheta [N m/rad]."""
         disk, s, c = self.disk, np.cos(at.lean), -np.sin(at.lean)
         rim, weight, cot = disk.m * disk.radius**2, disk.m * disk.g * disk.radius, c / s

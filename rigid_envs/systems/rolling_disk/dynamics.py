@@ -12,17 +12,7 @@ contact: sin(theta) = 0 is not a state of this system.
 
 from typing import NamedTuple
 
-from rigid_envs.engine.algebra import (
-    Quaternion,
-    Row,
-    Vector,
-    attitude,
-    cayley,
-    normalize,
-    on_ground,
-    tangent,
-    vertical,
-)
+from rigid_envs.engine import algebra
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.engine.elementary import fma, sqrt
@@ -97,15 +87,15 @@ def derive(m: float, radius: float, I1: float, I3: float, g: float, mu: float) -
 
 
 @scalar
-def inclination(q: Quaternion) -> Row:
+def inclination(q: algebra.Quaternion) -> algebra.Row:
     """Upward radius n, (n1, n2) in body axes, and sin and cos of theta."""
-    g1, g2, g3 = vertical(q)
+    g1, g2, g3 = algebra.vertical(q)
     s = sqrt(g1 * g1 + g2 * g2)
     return (g1 / s, g2 / s, s, g3)
 
 
 @scalar
-def heading(q: Quaternion, s: float) -> tuple[float, float]:
+def heading(q: algebra.Quaternion, s: float) -> tuple[float, float]:
     """Horizontal direction l = e3 x n in world axes: (e3_y, -e3_x) / sin(theta)."""
     w, x, y, z = q
     return 2.0 * fma(y, z, -w * x) / s, -2.0 * fma(x, z, w * y) / s
@@ -123,17 +113,17 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
     Routh, *Advanced Rigid Dynamics*, section 244; Borisov, Mamaev & Kilin 2003, "Dynamics of
     rolling disk", Regular and Chaotic Dynamics 8:201.
     """
-    w, x, y_, z = attitude(y)
+    w, x, y_, z = algebra.attitude(y)
     w1, w2, w3 = y.omega1, y.omega2, y.omega3
     m, radius, I1, I3, g = p.m, p.radius, p.I1, p.I3, p.g
-    n1, n2, s, c = inclination(attitude(y))
+    n1, n2, s, c = inclination(algebra.attitude(y))
     rim = m * radius * radius
     wn, wl = n1 * w1 + n2 * w2, n1 * w2 - n2 * w1
     turn = ((I1 - I3) * wl * w3 + u.tau_steer) / I1
     push = rim * (c / s) * wn * wn + m * g * radius * c
     lean = ((I3 - I1) * wn * w3 + push + u.tau_lean) / (I1 + rim)
     roll = radius * (w3 - wn * (c / s))
-    lx, ly = heading(attitude(y), s)
+    lx, ly = heading(algebra.attitude(y), s)
     return State(
         -0.5 * (x * w1 + y_ * w2 + z * w3),
         0.5 * (w * w1 + y_ * w3 - z * w2),
@@ -155,7 +145,7 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
     cos(theta / 2) exp(i (phi + psi) / 2) and x + i y is sin(theta / 2) exp(i (phi - psi) / 2):
     rolling rotates these two complex numbers, and falling scales them.
     """
-    w, x, y_, z = attitude(y)
+    w, x, y_, z = algebra.attitude(y)
     wx, wy, xz, yz = w * x, w * y_, x * z, y_ * z
     g1, g2 = xz - wy, yz + wx  # along n, sin(theta) / 2 long
     half_s = sqrt(fma(g1, g1, g2 * g2))
@@ -168,8 +158,8 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
     w, z = _turned(_turned((w, z), a), b)
     x, y_ = _turned(_turned((x, y_), a), -b)
     high, low = first[0] * last[0], first[1] * last[1]
-    q = normalize((high * w, low * x, low * y_, high * z))
-    versine, sine = cayley(b)
+    q = algebra.normalize((high * w, low * x, low * y_, high * z))
+    versine, sine = algebra.cayley(b)
     n1, n2 = g1 * k, g2 * k
     n1, n2 = fma(sine, n2, -versine * n1) + n1, fma(-sine, n1, -versine * n2) + n2
     ahead, aside = _turned(((yz - wx) * k, -(xz + wy) * k), a)  # l and half the precession
@@ -206,7 +196,7 @@ def _fall(rates: Rates, place: Place, p: Parameters, h: float) -> tuple[Rates, P
     wn, wl, w3 = rates
     s, c, r = place
     x = 0.5 * h * wl
-    a = x * tangent(x * x)
+    a = x * algebra.tangent(x * x)
     d = fma(a, a, 1.0)
     stands, rise = fma(-a, fma(a, s, 2.0 * c), s), 2.0 * a * fma(-a, c, s)
     inverse = 1.0 / (d * stands)  # sin(theta) becomes stands / d, and cos(theta) grows by rise / d
@@ -238,8 +228,8 @@ def _roll(
     spin = fma(-wn, cot, w3)
     moment = fma(wn, fma(p.I3_contact, w3, -p.I1 * cot * wn), fma(p.mgr, c, u.tau_lean))
     half_phi, half_psi = 0.5 * h * r * wn, 0.5 * h * spin
-    stretch = tangent(half_phi * half_phi)
-    a, b = half_phi * stretch, half_psi * tangent(half_psi * half_psi)
+    stretch = algebra.tangent(half_phi * half_phi)
+    a, b = half_phi * stretch, half_psi * algebra.tangent(half_psi * half_psi)
     # The mean of l over the arc is sin(x) / x times l at mid-arc, x = half_phi.
     chord = 2.0 * p.radius * half_psi * stretch / fma(a, a, 1.0)
     return (wn + kick_n, fma(h * p.inverse1_contact, moment, wl), w3 + kick_3), (a, b), chord
@@ -257,7 +247,7 @@ def invariants(y: State, p: Parameters) -> Invariants:
 
     ``(I1 wn^2 + (I1 + m r^2) wl^2 + (I3 + m r^2) w3^2) / 2 + m g r sin(theta)``.
     """
-    n1, n2, s, _ = inclination(attitude(y))
+    n1, n2, s, _ = inclination(algebra.attitude(y))
     wn, wl = fma(n1, y.omega1, n2 * y.omega2), fma(n1, y.omega2, -n2 * y.omega1)
     w3 = y.omega3
     kinetic = 0.5 * fma(p.I1 * wn, wn, fma(p.I1_contact * wl, wl, p.I3_contact * w3 * w3))
@@ -270,20 +260,20 @@ def rate(y: State, p: Parameters) -> float:
 
     Precession and fall count 1 / sin(theta) times: that is how fast heading and sin(theta) change.
     """
-    _, _, s, _ = inclination(attitude(y))
+    _, _, s, _ = inclination(algebra.attitude(y))
     across = sqrt(fma(y.omega1, y.omega1, y.omega2 * y.omega2))
     return abs(y.omega3) + across / s + sqrt(p.g / p.radius)
 
 
 @scalar
-def ground_force(y: State, u: Input, p: Parameters) -> Vector:
+def ground_force(y: State, u: Input, p: Parameters) -> algebra.Vector:
     """Force of the plane, m (v' + g e_z), in world axes [N].
 
     Along n, l, e3 the acceleration of the centre, ``v = radius omega x n``, is ``radius (-wl^2 - wn
     w3 cot(theta), w3' + wn wl, wn^2 cot(theta) - wl')``, where the rates of omega are those in body
     axes. Horizontal are l and ``h = cos(theta) n - sin(theta) e3``.
     """
-    n1, n2, s, c = inclination(attitude(y))
+    n1, n2, s, c = inclination(algebra.attitude(y))
     rates = rhs(y, u, p)
     wn, wl = n1 * y.omega1 + n2 * y.omega2, n1 * y.omega2 - n2 * y.omega1
     wl_rate = n1 * rates.omega2 - n2 * rates.omega1
@@ -291,7 +281,7 @@ def ground_force(y: State, u: Input, p: Parameters) -> Vector:
     along_n = -push * (wl * wl + wn * y.omega3 * (c / s))
     along_3 = push * (wn * wn * (c / s) - wl_rate)
     ahead, aside = push * (rates.omega3 + wn * wl), c * along_n - s * along_3
-    lx, ly = heading(attitude(y), s)
+    lx, ly = heading(algebra.attitude(y), s)
     normal = s * along_n + c * along_3 + p.m * p.g
     return (ahead * lx + aside * ly, ahead * ly - aside * lx, normal)
 
@@ -307,5 +297,5 @@ ROLLING_DISK = Dynamics(
     restore,
     invariants,
     rate=rate,
-    contact=on_ground(ground_force, 3),
+    contact=algebra.on_ground(ground_force, 3),
 )

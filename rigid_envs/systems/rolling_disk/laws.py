@@ -5,39 +5,22 @@ import math
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.laws import (
-    AS_RHS,
-    SLOPES,
-    VIRTUAL_ROTATIONS,
-    RigidBodyModel,
-    Subject,
-    attitudes,
-    law_of_contact_force,
-    law_of_dalembert,
-    law_of_order,
-    laws_of_every_system,
-    matrices,
-    max_abs,
-    random_states,
-    stencil,
-    ten_roundings,
-)
+from rigid_envs.mechanics import laws, rotations
 from rigid_envs.systems.rolling_disk import closed_forms as theory
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 
-SUBJECT = Subject("rolling_disk", "a disk that rolls on its rim, under torques")
+SUBJECT = laws.Subject("rolling_disk", "a disk that rolls on its rim, under torques")
 
 _DISK = RollingDisk(m=1.2, radius=0.7, I1=0.21, I3=0.35, g=2.5)  # a weak gravity: it falls slowly
 _PARAMETERS = {"m": 1.2, "radius": 0.7, "i_perp": 0.21, "i3": 0.35}
-_Y, _U = random_states(_DISK, 20, 0.7)
+_Y, _U = laws.random_states(_DISK, 20, 0.7)
 _ANGLES = np.random.default_rng(10).uniform([-3.0, 0.9, -3.0], [3.0, 2.2, 3.0], (20, 3))
 _Y[:, _DISK.components["q"]] = rotations.quaternion_from_euler(_ANGLES)
 
 
 def _frame(y: Array) -> tuple[Array, Array, Array]:
     """Unit vectors: n to the highest point of the rim, the horizontal l = e3 x n, the axis e3."""
-    axis = np.array(attitudes(y)[..., :, 2])
+    axis = np.array(laws.attitudes(y)[..., :, 2])
     up = np.array([0.0, 0.0, 1.0]) - axis[..., 2:] * axis
     n = up / np.linalg.norm(up, axis=-1, keepdims=True)
     return n, np.cross(axis, n), axis
@@ -58,46 +41,46 @@ def _torque(y: Array, u: Array) -> Array:
 
 
 def _displacements(y: Array) -> tuple[Array, Array]:
-    return np.cross(VIRTUAL_ROTATIONS, 0.7 * _frame(y)[0]), VIRTUAL_ROTATIONS
+    return np.cross(laws.VIRTUAL_ROTATIONS, 0.7 * _frame(y)[0]), laws.VIRTUAL_ROTATIONS
 
 
-_MODEL = RigidBodyModel(1.2, _DISK.moments, _centre, _weight, _torque, _displacements)
-law_of_dalembert(SUBJECT, _DISK, _Y, _U, _MODEL)
+_MODEL = laws.RigidBodyModel(1.2, _DISK.moments, _centre, _weight, _torque, _displacements)
+laws.law_of_dalembert(SUBJECT, _DISK, _Y, _U, _MODEL)
 
 
-@SUBJECT.law("velocity of the contact point of simulate with 0", bound=1e-10, why=SLOPES)
+@SUBJECT.law("velocity of the contact point of simulate with 0", bound=1e-10, why=laws.SLOPES)
 def the_contact_point_is_at_rest() -> float:
     """The point at -r n: v + omega x (-r n) = 0, omega from R' R^T, which is that of the state."""
-    motion = stencil(_DISK, _Y, _U)
+    motion = laws.stencil(_DISK, _Y, _U)
     omega = motion.omega()
     v = motion.rate(_centre(motion.y))
-    in_body = np.einsum("nji,nj->ni", attitudes(_Y), omega)
-    return max_abs(v + np.cross(omega, -0.7 * _frame(_Y)[0]), in_body - _DISK.omega_body(_Y))
+    in_body = np.einsum("nji,nj->ni", laws.attitudes(_Y), omega)
+    return laws.max_abs(v + np.cross(omega, -0.7 * _frame(_Y)[0]), in_body - _DISK.omega_body(_Y))
 
 
-laws_of_every_system(SUBJECT, _DISK, _Y, _U)
+laws.laws_of_every_system(SUBJECT, _DISK, _Y, _U)
 
 
-@SUBJECT.law("invariants with T + m g z of NumPy", bound=1e-13, why=ten_roundings(10))
+@SUBJECT.law("invariants with T + m g z of NumPy", bound=1e-13, why=laws.ten_roundings(10))
 def the_invariant_is_the_energy() -> float:
     """E = (m v^2 + omega . I omega) / 2 + m g z, with v = omega x r n."""
-    omega = np.einsum("nij,nj->ni", attitudes(_Y), _DISK.omega_body(_Y))
+    omega = np.einsum("nij,nj->ni", laws.attitudes(_Y), _DISK.omega_body(_Y))
     v = np.cross(omega, 0.7 * _frame(_Y)[0])
     turning = np.sum(_DISK.moments * _DISK.omega_body(_Y) ** 2, axis=-1)
     energy = 0.5 * (1.2 * np.sum(v * v, axis=-1) + turning) + 1.2 * 2.5 * _centre(_Y)[:, 2]
-    return max_abs(_DISK.invariants(_Y)["energy"] - energy)
+    return laws.max_abs(_DISK.invariants(_Y)["energy"] - energy)
 
 
-@SUBJECT.law("rate of the energy invariant with tau . omega", bound=1e-9, why=AS_RHS)
+@SUBJECT.law("rate of the energy invariant with tau . omega", bound=1e-9, why=laws.AS_RHS)
 def torque_does_its_work() -> float:
     """E' = tau . omega: the contact force does none."""
-    motion = stencil(_DISK, _Y, _U)
+    motion = laws.stencil(_DISK, _Y, _U)
     power = np.sum(_torque(_Y, _U) * _DISK.omega_world(_Y), axis=-1)
-    return max_abs(motion.rate(_DISK.invariants(motion.y)["energy"]) - power)
+    return laws.max_abs(motion.rate(_DISK.invariants(motion.y)["energy"]) - power)
 
 
-law_of_order(SUBJECT, _DISK, _Y, _U, 0.2)
-law_of_contact_force(
+laws.law_of_order(SUBJECT, _DISK, _Y, _U, 0.2)
+laws.law_of_contact_force(
     SUBJECT,
     *(_DISK, _Y, _U, _MODEL),
     lambda y, u: (_DISK.contact_force(y, u), -0.7 * _frame(y)[0]),
@@ -124,7 +107,7 @@ def steady_circles_are_steady() -> float:
             angle = circle.precession * t
             arc = circle.contact_radius * np.stack([np.sin(angle), 1.0 - np.cos(angle)], -1)
             errors += [motion["tilt"] - theta, motion["contact"] - arc]
-    return max_abs(*errors)
+    return laws.max_abs(*errors)
 
 
 @SUBJECT.law(
@@ -141,8 +124,12 @@ def steps_on_a_steady_circle_are_exact() -> float:
     arc = circle.contact_radius * np.array([math.sin(angle), 1.0 - math.cos(angle)])
     for n in (100, 200):
         end = _DISK.advance(_start(theta, 0.0, circle.precession, omega3), None, 2.0, n)
-        errors += [attitudes(end) - R, _DISK.omega_body(end)[2] - omega3, _DISK.contact(end) - arc]
-    return max_abs(*errors)
+        errors += [
+            laws.attitudes(end) - R,
+            _DISK.omega_body(end)[2] - omega3,
+            _DISK.contact(end) - arc,
+        ]
+    return laws.max_abs(*errors)
 
 
 @SUBJECT.law(
@@ -155,11 +142,11 @@ def a_disk_that_only_tips_tips_uniformly() -> float:
     light = RollingDisk(m=1.2, radius=0.7, I1=0.21, I3=0.35, g=1e-12)
     theta, rate = 2.0, 0.8
     q = rotations.quaternion_from_euler([0.4, theta, 0.9])
-    l_body = np.einsum("ji,j->i", matrices(q), _frame(q)[1])
+    l_body = np.einsum("ji,j->i", laws.matrices(q), _frame(q)[1])
     start = light.state(q=q, omega_body=rate * l_body, contact=(0.3, 0.2))
     end = light.advance(start, None, 1.0, 20)
     l_after = _frame(end)[1]
-    return max_abs(
+    return laws.max_abs(
         light.tilt(end) - (theta - rate),
         light.contact(end) - [0.3, 0.2],
         light.omega_world(end) - rate * l_after,
@@ -180,7 +167,7 @@ def spins_depend_on_the_lean_alone() -> float:
     precession, axial = theory.spins(motion["tilt"], c1, c2, **_PARAMETERS)
     n = _frame(motion.y)[0]
     p = np.sum(motion["omega_world"] * n, axis=-1)
-    return max_abs(motion["omega_body"][:, 2] - axial, p - precession * np.sin(motion["tilt"]))
+    return laws.max_abs(motion["omega_body"][:, 2] - axial, p - precession * np.sin(motion["tilt"]))
 
 
 @SUBJECT.law(
@@ -196,4 +183,4 @@ def a_disk_nods_between_its_turning_points() -> float:
     tilt = _DISK.simulate(_start(theta, 0.0, phi_rate, omega3), times)["tilt"]
     ends = np.array([nod.theta_min, nod.theta_max])
     other = ends[np.argmax(np.abs(ends - theta))]
-    return max_abs(tilt - [theta, other, theta])
+    return laws.max_abs(tilt - [theta, other, theta])

@@ -1,10 +1,8 @@
 """Controllers bound to the tasks of a disk, and what they read in observations."""
 
-from __future__ import annotations
-
 from rigid_envs.scores.policies import Controller, feedback, system_of
 from rigid_envs.scores.references import Decoded, Decoder, entries
-from rigid_envs.systems.rolling_disk.controllers import CircleRegulator, Rolling, rolling_state
+from rigid_envs.systems.rolling_disk.controllers import CircleRegulator, DiskMotion, rolling_state
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll
 
 # Controllers for the tasks of a coin, a disk and a roller, for the middle of drawn ranges.
@@ -24,5 +22,5 @@ def disk_roll(task: DiskRoll) -> Decoder:
     motion = entries(task, "lean", "theta'", "wn", "w3")
     goal = entries(task, "goal curvature * radius")
     return lambda seen: Decoded(
-        disk, rolling_state(Rolling(*motion(seen).T)), {"goal_curvature": goal(seen)}
+        disk, rolling_state(DiskMotion(*motion(seen).T)), {"goal_curvature": goal(seen)}
     )

@@ -1,61 +1,52 @@
 """Symmetries of a disk that rolls on a plane to a commanded curvature."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.tasks.symmetry import (
-    Point,
-    Symmetry,
-    about_z,
-    angles,
-    attitude,
-    attitudes,
-    offsets,
-    product,
-    signs,
-    turned,
-)
+from rigid_envs.tasks import symmetry
 
 _NAMES = ("w", "x", "y", "z")
 
 
-def _translate(point: Point, offset: Array) -> Point:
+def _translate(point: symmetry.Point, offset: Array) -> symmetry.Point:
     y = point.y
     return point._replace(y=y._replace(X=y.X + offset[:, 0], Y=y.Y + offset[:, 1]))
 
 
-def _turn(point: Point, angle: Array) -> Point:
-    y = attitudes(turned(point.y, (("X", "Y"),), angle), left=about_z(angle))
+def _turn(point: symmetry.Point, angle: Array) -> symmetry.Point:
+    y = symmetry.attitudes(
+        symmetry.turned(point.y, (("X", "Y"),), angle), left=symmetry.about_z(angle)
+    )
     return point._replace(y=y)
 
 
-def _turn_in_itself(point: Point, angle: Array) -> Point:
+def _turn_in_itself(point: symmetry.Point, angle: Array) -> symmetry.Point:
     # R -> R Rz(angle): omega in body axes turns back
-    y = attitudes(turned(point.y, (("omega1", "omega2"),), -angle), right=about_z(angle))
+    y = symmetry.attitudes(
+        symmetry.turned(point.y, (("omega1", "omega2"),), -angle), right=symmetry.about_z(angle)
+    )
     return point._replace(y=y)
 
 
-def _reflect(point: Point, sign: Array) -> Point:
+def _reflect(point: symmetry.Point, sign: Array) -> symmetry.Point:
     # R -> S R B with S the reflection y -> -y and B that of the disk in its own plane; omega is
     # axial, so that its components along e1 and e2 are reversed. S R S has the quaternion
     # (w, -x, y, -z), and S B is half a turn about x.
     y, zero = point.y, np.zeros_like(sign)
-    q = product((y.w, -y.x, y.y, -y.z), (zero, zero + 1.0, zero, zero))
+    q = symmetry.product((y.w, -y.x, y.y, -y.z), (zero, zero + 1.0, zero, zero))
     new = {**dict(zip(_NAMES, q, strict=True)), "omega1": -y.omega1, "omega2": -y.omega2, "Y": -y.Y}
     return _lean_reversed(point, new, sign)
 
 
-def _exchange(point: Point, sign: Array) -> Point:
+def _exchange(point: symmetry.Point, sign: Array) -> symmetry.Point:
     # R -> R Rx(pi); the direction of travel is defined by e3, and so is the sign of the curvature
     y, zero = point.y, np.zeros_like(sign)
-    q = product(attitude(y), (zero, zero + 1.0, zero, zero))
+    q = symmetry.product(symmetry.attitude(y), (zero, zero + 1.0, zero, zero))
     new = {**dict(zip(_NAMES, q, strict=True)), "omega2": -y.omega2, "omega3": -y.omega3}
     return _lean_reversed(point, new, sign)
 
 
-def _lean_reversed(point: Point, new: dict[str, Array], sign: Array) -> Point:
+def _lean_reversed(point: symmetry.Point, new: dict[str, Array], sign: Array) -> symmetry.Point:
     """The new components, commanded curvature and torque reversed, where the sign is negative."""
     y, aux, action = point.y, point.aux, point.action
     y = y._replace(**{k: np.where(sign < 0.0, v, getattr(y, k)) for k, v in new.items()})
@@ -63,8 +54,10 @@ def _lean_reversed(point: Point, new: dict[str, Array], sign: Array) -> Point:
     return point._replace(y=y, aux=aux, action=action._replace(tau_lean=sign * action.tau_lean))
 
 
-TRANSLATION = Symmetry("translation in the plane", _translate, offsets)
-TURN = Symmetry("turn about the vertical", _turn, angles)
-PHASE = Symmetry("turn of the marks on the disk about its axis", _turn_in_itself, angles)
-REFLECTION = Symmetry("reflection in a vertical plane", _reflect, signs)
-EXCHANGE = Symmetry("exchange of the two faces of the disk", _exchange, signs)
+TRANSLATION = symmetry.Symmetry("translation in the plane", _translate, symmetry.offsets)
+TURN = symmetry.Symmetry("turn about the vertical", _turn, symmetry.angles)
+PHASE = symmetry.Symmetry(
+    "turn of the marks on the disk about its axis", _turn_in_itself, symmetry.angles
+)
+REFLECTION = symmetry.Symmetry("reflection in a vertical plane", _reflect, symmetry.signs)
+EXCHANGE = symmetry.Symmetry("exchange of the two faces of the disk", _exchange, symmetry.signs)

@@ -1,7 +1,5 @@
 """Views of the disk that rolls and falls."""
 
-from __future__ import annotations
-
 import functools
 import math
 
@@ -11,12 +9,10 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes
-from rigid_envs.watch.scene import Arrow, Arrows, Camera, Floor, Mesh, Part, Pose, Trace
-from rigid_envs.watch.views import View, ghost, scaled
+from rigid_envs.watch import meshes, views
 
 
-class RollingDiskView(View):
+class RollingDiskView(views.View):
     """A disk with two different faces, its path, omega and the torque."""
 
     @property
@@ -30,33 +26,35 @@ class RollingDiskView(View):
         ahead = np.array([axis[1], -axis[0], 0.0])
         return np.asarray(ahead / np.linalg.norm(ahead))
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """The disk."""
-        return {"disk": Part(disk())}
+        return {"disk": views.Part(disk())}
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """With the disk."""
-        return Camera(distance=10.0 * self.radius, elevation=34.0, follow="disk")
+        return views.Camera(distance=10.0 * self.radius, elevation=34.0, follow="disk")
 
-    def vectors(self) -> dict[str, Arrow]:
+    def vectors(self) -> dict[str, views.Arrow]:
         """Angular velocity and torque."""
         return {
-            "omega": Arrow(meshes.OMEGA, 0.06 * self.radius, "omega"),
-            "input": Arrow(meshes.INPUT, 0.1 * self.radius, "torque"),
+            "omega": views.Arrow(meshes.OMEGA, 0.06 * self.radius, "omega"),
+            "input": views.Arrow(meshes.INPUT, 0.1 * self.radius, "torque"),
         }
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """Path of the contact."""
-        return {"path": Trace(meshes.PATH, 0.07 * self.radius)}
+        return {"path": views.Trace(meshes.PATH, 0.07 * self.radius)}
 
-    def floor(self) -> Floor | None:
+    def floor(self) -> views.Floor | None:
         """Chequered, a metre a cell."""
-        return Floor(0.0, 70.0, 1.0)
+        return views.Floor(0.0, 70.0, 1.0)
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The disk."""
         read = self.system.accessors
-        return {"disk": Pose(read["centre"](moment.y), read["q"](moment.y), (self.radius,) * 3)}
+        return {
+            "disk": views.Pose(read["centre"](moment.y), read["q"](moment.y), (self.radius,) * 3)
+        }
 
     def torque(self, moment: Moment) -> Array:
         """Torque in world axes [N m], shape (3,), of which the input has the components."""
@@ -65,12 +63,12 @@ class RollingDiskView(View):
         steer, lean, drive = moment.u
         return np.asarray(steer * np.cross(along, axis) + lean * along + drive * axis)
 
-    def arrows(self, moment: Moment) -> Arrows:
+    def arrows(self, moment: Moment) -> views.Arrows:
         """Both from the centre."""
         read, r = self.system.accessors, self.radius
         centre, rate = read["centre"](moment.y), math.sqrt(self.system.g / r)
-        torque = scaled(self.torque(moment), 1.8 * r / getattr(self.task, "torque", 1.0))
-        omega = scaled(read["omega_world"](moment.y), 1.5 * r / rate, 3.0 * r)
+        torque = views.scaled(self.torque(moment), 1.8 * r / getattr(self.task, "torque", 1.0))
+        omega = views.scaled(read["omega_world"](moment.y), 1.5 * r / rate, 3.0 * r)
         return {"omega": (centre, omega), "input": (centre, torque)}
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
@@ -87,16 +85,16 @@ class RollingDiskView(View):
 class DiskRollView(RollingDiskView):
     """A disk that is to roll on a circle: the one that touches its path now is green."""
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Also the circle."""
-        return super().parts() | {"goal": ghost(goal_ring(), 0.9)}
+        return super().parts() | {"goal": views.ghost(goal_ring(), 0.9)}
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The circle of the commanded curvature that the direction of travel touches."""
         foot = np.append(self.system.accessors["contact"](moment.y), 0.015 * self.radius)
         wide = self.radius / moment.aux["goal_curvature"]
         left = np.cross((0.0, 0.0, 1.0), self.along(moment))
-        circle = Pose(foot + wide * left, scale=(abs(wide), abs(wide), 1.0))
+        circle = views.Pose(foot + wide * left, scale=(abs(wide), abs(wide), 1.0))
         return super().poses(moment) | {"goal": circle}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
@@ -109,7 +107,7 @@ class DiskRollView(RollingDiskView):
 
 
 @functools.cache
-def disk() -> Mesh:
+def disk() -> meshes.Mesh:
     """Disk of radius 1 about z with sectors, orange on +z, blue on -z, a red mark at +y."""
     below = [(0.0, -0.05), (0.93, -0.05), (1.0, -0.02), (1.0, 0.0)]
     above = [(1.0, 0.0), (1.0, 0.02), (0.93, 0.05), (0.0, 0.05)]
@@ -122,6 +120,6 @@ def disk() -> Mesh:
 
 
 @functools.cache
-def goal_ring() -> Mesh:
+def goal_ring() -> meshes.Mesh:
     """Flat ring of radius 1 across z, open, seen from above."""
     return meshes.lathe([(1.015, 0.0), (0.985, 0.0)], meshes.GREEN, 96)

@@ -16,17 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import roots_legendre
 
-from rigid_envs.base.checks import (
-    Array,
-    all_finite,
-    all_non_negative,
-    all_positive,
-    array,
-    exact_array,
-    number,
-    positive,
-    require,
-)
+from rigid_envs.base import checks
 from rigid_envs.mechanics import special
 from rigid_envs.mechanics.special import phi1, phi2
 
@@ -44,10 +34,10 @@ class CoinMotion(NamedTuple):
         attitude: Rz(phi) Rx(pi / 2) Rz(psi), unit (w, x, y, z), body to world, shape (..., 4).
     """
 
-    place: Array
-    phi: Array
-    psi: Array
-    attitude: Array
+    place: checks.Array
+    phi: checks.Array
+    psi: checks.Array
+    attitude: checks.Array
 
 
 class InclineMotion(NamedTuple):
@@ -59,9 +49,9 @@ class InclineMotion(NamedTuple):
         heading: from downhill towards across [rad], not reduced.
     """
 
-    place: Array
-    speed: Array
-    heading: Array
+    place: checks.Array
+    speed: checks.Array
+    heading: checks.Array
 
 
 def roll_coin(
@@ -93,10 +83,10 @@ def roll_coin(
 
     Source: Bloch, sec. 1.4.
     """
-    positive(radius, "radius")
-    all_finite(phi=phi, psi=psi)
-    times, start = array(t, "t"), complex(*exact_array(place, "place", 2))
-    steering, rolling = array(phi_rate, "phi_rate"), array(psi_rate, "psi_rate")
+    checks.positive(radius, "radius")
+    checks.all_finite(phi=phi, psi=psi)
+    times, start = checks.array(t, "t"), complex(*checks.exact_array(place, "place", 2))
+    steering, rolling = checks.array(phi_rate, "phi_rate"), checks.array(psi_rate, "psi_rate")
     z = start - radius * rolling * times * np.exp(1j * phi) * phi1(steering * times)
     return _coin(z, phi + steering * times, psi + rolling * times)
 
@@ -140,13 +130,13 @@ def drive_coin(
 
     Source: Bloch, sec. 1.4.
     """
-    all_positive(m=m, radius=radius, i_perp=i_perp, i3=i3)
-    all_finite(phi_rate=phi_rate, psi_rate=psi_rate, phi=phi, psi=psi)
-    times, start = array(t, "t"), complex(*exact_array(place, "place", 2))
+    checks.all_positive(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    checks.all_finite(phi_rate=phi_rate, psi_rate=psi_rate, phi=phi, psi=psi)
+    times, start = checks.array(t, "t"), complex(*checks.exact_array(place, "place", 2))
     inertias = np.array([i_perp, i3 + m * radius * radius])
-    steering, rolling = (exact_array(torques, "torques", 2) / inertias).tolist()
+    steering, rolling = (checks.exact_array(torques, "torques", 2) / inertias).tolist()
 
-    def heading(s: Array) -> Array:
+    def heading(s: checks.Array) -> checks.Array:
         return np.asarray(phi + s * (phi_rate + 0.5 * steering * s))
 
     reach = float(np.max(np.abs(times), initial=0.0))
@@ -193,12 +183,12 @@ def steer_on_incline(
 
     Source: Bloch, sec. 1.6.
     """
-    all_non_negative(beta=beta, g=g)
-    times = array(t, "t")
-    angle = number(steering_rate, "steering_rate") * times
-    pull = g * np.sin(number(slope, "slope")) / (1.0 + beta)
-    way = times * np.exp(1j * number(heading, "heading")) * phi1(angle)
-    z = number(speed, "speed") * way + 0.5 * pull * (0.5 * way**2 + times**2 * phi2(angle))
+    checks.all_non_negative(beta=beta, g=g)
+    times = checks.array(t, "t")
+    angle = checks.number(steering_rate, "steering_rate") * times
+    pull = g * np.sin(checks.number(slope, "slope")) / (1.0 + beta)
+    way = times * np.exp(1j * checks.number(heading, "heading")) * phi1(angle)
+    z = checks.number(speed, "speed") * way + 0.5 * pull * (0.5 * way**2 + times**2 * phi2(angle))
     place = np.stack([z.real, z.imag], axis=-1)
     return InclineMotion(place, speed + pull * way.real, heading + angle)
 
@@ -219,14 +209,14 @@ def drift_across_slope(*, slope: float, beta: float, g: float, steering_rate: fl
 
     Source: Bloch, sec. 1.6.
     """
-    all_non_negative(beta=beta, g=g)
-    rate = number(steering_rate, "steering_rate")
+    checks.all_non_negative(beta=beta, g=g)
+    rate = checks.number(steering_rate, "steering_rate")
     expected = "a rate other than 0 [rad/s]: unsteered it runs downhill"
-    require(rate != 0.0, steering_rate, "steering_rate", expected)
-    return 0.5 * g * math.sin(number(slope, "slope")) / (rate * (1.0 + beta))
+    checks.require(rate != 0.0, steering_rate, "steering_rate", expected)
+    return 0.5 * g * math.sin(checks.number(slope, "slope")) / (rate * (1.0 + beta))
 
 
-def _coin(z: ArrayLike, phi: Array, psi: Array) -> CoinMotion:
+def _coin(z: ArrayLike, phi: checks.Array, psi: checks.Array) -> CoinMotion:
     """Motion from the place x + i y and the two angles."""
     place = np.stack([np.real(z), np.imag(z)], axis=-1)
     upright = np.broadcast_to(np.sqrt([0.5, 0.5, 0.0, 0.0]), (*phi.shape, 4))

@@ -1,7 +1,5 @@
 """Parking an upright coin by two straight rolls, with turns before, between and after them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

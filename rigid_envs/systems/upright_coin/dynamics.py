@@ -6,16 +6,7 @@ plane; gravity is g (sin(slope), 0, -cos(slope)), so that x points downhill.
 
 from typing import NamedTuple
 
-from rigid_envs.engine.algebra import (
-    Quaternion,
-    Vector,
-    attitude,
-    cayley,
-    compose,
-    normalize,
-    on_ground,
-    tangent,
-)
+from rigid_envs.engine import algebra
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.engine.elementary import fma, sincos
@@ -77,7 +68,7 @@ def derive(
 
 
 @scalar
-def heading(q: Quaternion) -> tuple[float, float]:
+def heading(q: algebra.Quaternion) -> tuple[float, float]:
     """Direction of travel l = e3 x e_z = (e3_y, -e3_x): (-cos phi, -sin phi)."""
     w, x, y, z = q
     return 2.0 * fma(y, z, -w * x), -2.0 * fma(x, z, w * y)
@@ -92,9 +83,9 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
 
     Bloch, *Nonholonomic Mechanics and Control*, sections 1.4 and 1.6.
     """
-    w, x, y_, z = attitude(y)
+    w, x, y_, z = algebra.attitude(y)
     steer, roll = y.steer_rate, y.roll_rate
-    lx, ly = heading(attitude(y))
+    lx, ly = heading(algebra.attitude(y))
     inertia = p.I3 + p.m * p.radius * p.radius
     return State(
         -0.5 * (steer * z + roll * z),
@@ -111,15 +102,17 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
 @scalar
 def step(y: State, u: Input, p: Parameters, h: float) -> State:
     """Half a kick, the exact arc at constant rates, half a kick: symmetric, second order."""
-    q = attitude(y)
+    q = algebra.attitude(y)
     lx, ly = heading(q)
     steer = fma(0.5 * h * p.inverse1, u.tau_steer, y.steer_rate)
     roll = fma(0.5 * h, fma(p.inverse_contact, u.tau_drive, p.pull * lx), y.roll_rate)
     half_phi, half_psi = 0.5 * h * steer, 0.5 * h * roll
-    stretch = tangent(half_phi * half_phi)
-    a, b = half_phi * stretch, half_psi * tangent(half_psi * half_psi)
-    q = normalize(compose((1.0, 0.0, 0.0, a), compose(q, (1.0, 0.0, 0.0, b))))
-    versine, sine = cayley(a)
+    stretch = algebra.tangent(half_phi * half_phi)
+    a, b = half_phi * stretch, half_psi * algebra.tangent(half_psi * half_psi)
+    q = algebra.normalize(
+        algebra.compose((1.0, 0.0, 0.0, a), algebra.compose(q, (1.0, 0.0, 0.0, b)))
+    )
+    versine, sine = algebra.cayley(a)
     after_x = fma(-sine, ly, -versine * lx) + lx
     after_y = fma(sine, lx, -versine * ly) + ly
     # The mean of l over the arc is the mean of its ends times tan(x) / x, x half the turn.
@@ -145,12 +138,12 @@ def invariants(y: State, p: Parameters) -> Invariants:
 
 
 @scalar
-def ground_force(y: State, u: Input, p: Parameters) -> Vector:
+def ground_force(y: State, u: Input, p: Parameters) -> algebra.Vector:
     """Force of the plane, m v' - m g, in world axes [N]; v' = radius (psi'' l + phi' psi' e_z x l).
 
     The normal force is constant, as the centre stays at the same height.
     """
-    lx, ly = heading(attitude(y))
+    lx, ly = heading(algebra.attitude(y))
     push = p.m * p.radius
     ahead, aside = push * rhs(y, u, p).roll_rate, push * y.steer_rate * y.roll_rate
     s, c = sincos(p.slope)
@@ -168,5 +161,5 @@ UPRIGHT_COIN = Dynamics(
     step,
     restore,
     invariants,
-    contact=on_ground(ground_force, 3),
+    contact=algebra.on_ground(ground_force, 3),
 )

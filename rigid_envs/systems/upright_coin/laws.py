@@ -5,35 +5,21 @@ import math
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.mechanics.laws import (
-    RADIANS,
-    SLOPES,
-    RigidBodyModel,
-    Subject,
-    attitudes,
-    law_of_contact_force,
-    law_of_dalembert,
-    law_of_order,
-    laws_of_every_system,
-    matrices,
-    max_abs,
-    random_states,
-    stencil,
-)
+from rigid_envs.mechanics import laws
 from rigid_envs.systems.upright_coin import closed_forms as theory
 from rigid_envs.systems.upright_coin.system import UprightCoin
 
-SUBJECT = Subject("upright_coin", "a coin held upright that rolls and is steered on a slope")
+SUBJECT = laws.Subject("upright_coin", "a coin held upright that rolls and is steered on a slope")
 
 _COIN = UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5, slope=0.3)
-_Y, _U = random_states(_COIN, 20)
+_Y, _U = laws.random_states(_COIN, 20)
 _Y[:, _COIN.components["q"]] = _COIN.attitude(*np.random.default_rng(9).uniform(-3.0, 3.0, (2, 20)))
 _NORMAL = np.array([0.0, 0.0, 1.0])
 _WEIGHT = 1.1 * 9.5 * np.array([math.sin(0.3), 0.0, -math.cos(0.3)])
 
 
 def _axis(y: Array) -> Array:
-    return np.array(attitudes(y)[..., :, 2])
+    return np.array(laws.attitudes(y)[..., :, 2])
 
 
 def _centre(y: Array) -> Array:
@@ -63,17 +49,17 @@ def _weight(y: Array, _: Array) -> Array:
 
 
 _MOMENTS = np.array([0.3, 0.3, 0.4])
-_MODEL = RigidBodyModel(1.1, _MOMENTS, _centre, _weight, _torque, _steer_and_roll)
-_HELD_MODEL = RigidBodyModel(1.1, _MOMENTS, _centre, _weight, _held_torque, _steer_and_roll)
-law_of_dalembert(SUBJECT, _COIN, _Y, _U, _MODEL)
+_MODEL = laws.RigidBodyModel(1.1, _MOMENTS, _centre, _weight, _torque, _steer_and_roll)
+_HELD_MODEL = laws.RigidBodyModel(1.1, _MOMENTS, _centre, _weight, _held_torque, _steer_and_roll)
+laws.law_of_dalembert(SUBJECT, _COIN, _Y, _U, _MODEL)
 
 
-@SUBJECT.law("velocity of the contact point of simulate with 0", bound=1e-10, why=SLOPES)
+@SUBJECT.law("velocity of the contact point of simulate with 0", bound=1e-10, why=laws.SLOPES)
 def the_contact_point_is_at_rest() -> float:
     """The point at -r n: v + omega x (-r n) = 0, omega from R' R^T; the axis is level."""
-    motion = stencil(_COIN, _Y, _U)
+    motion = laws.stencil(_COIN, _Y, _U)
     omega, axis = motion.omega(), _axis(motion.y)
-    return max_abs(
+    return laws.max_abs(
         motion.rate(_centre(motion.y)) + np.cross(omega, -0.7 * _NORMAL),
         axis[..., 2],
         omega[:, 2] - _COIN.steer_rate(_Y),
@@ -81,7 +67,7 @@ def the_contact_point_is_at_rest() -> float:
     )
 
 
-laws_of_every_system(SUBJECT, _COIN, _Y, _U)
+laws.laws_of_every_system(SUBJECT, _COIN, _Y, _U)
 
 
 @SUBJECT.law(
@@ -95,11 +81,11 @@ def invariants_are_energy_and_steer_rate() -> float:
     kinetic = 0.5 * (1.1 * (0.7 * roll) ** 2 + 0.3 * steer**2 + 0.4 * roll**2)
     found = _COIN.invariants(_Y)
     energy = kinetic - _WEIGHT[0] * _COIN.contact(_Y)[:, 0]
-    return max_abs(found["energy"] - energy, found["steer_rate"] - steer)
+    return laws.max_abs(found["energy"] - energy, found["steer_rate"] - steer)
 
 
-law_of_order(SUBJECT, _COIN, _Y, _U, 1.5)
-law_of_contact_force(
+laws.law_of_order(SUBJECT, _COIN, _Y, _U, 1.5)
+laws.law_of_contact_force(
     SUBJECT, _COIN, _Y, _U, _HELD_MODEL, lambda y, u: (_COIN.contact_force(y, u), -0.7 * _NORMAL)
 )
 
@@ -119,10 +105,14 @@ def arcs_are_exact() -> float:
         q=level.attitude(0.7, -0.4), contact=(0.3, 0.2), steer_rate=0.8, roll_rate=-1.1
     )
     end = level.advance(start, None, 10.0, 100)
-    return max_abs(level.contact(end) - exact.place, attitudes(end) - matrices(exact.attitude))
+    return laws.max_abs(
+        level.contact(end) - exact.place, laws.attitudes(end) - laws.matrices(exact.attitude)
+    )
 
 
-@SUBJECT.law("simulate under constant torques with Fresnel's integrals", bound=1e-9, why=RADIANS)
+@SUBJECT.law(
+    "simulate under constant torques with Fresnel's integrals", bound=1e-9, why=laws.RADIANS
+)
 def a_driven_coin_follows_its_closed_form() -> float:
     """Place and attitude on a level plane, steered and driven for 6 s."""
     level = UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5)
@@ -144,10 +134,12 @@ def a_driven_coin_follows_its_closed_form() -> float:
         q=level.attitude(0.7, -0.4), contact=(0.3, 0.2), steer_rate=0.6, roll_rate=1.1
     )
     motion = level.simulate(start, t, torques)
-    return max_abs(motion["contact"] - exact.place, motion["R"] - matrices(exact.attitude))
+    return laws.max_abs(
+        motion["contact"] - exact.place, motion["R"] - laws.matrices(exact.attitude)
+    )
 
 
-@SUBJECT.law("simulate on the slope with the closed form", bound=1e-9, why=RADIANS)
+@SUBJECT.law("simulate on the slope with the closed form", bound=1e-9, why=laws.RADIANS)
 def a_steered_coin_drifts_across_the_slope() -> float:
     """Place and speed while the heading turns at a constant rate: it never runs away downhill."""
     t, beta = np.linspace(0.0, 8.0, 17), 0.4 / (1.1 * 0.7**2)
@@ -159,4 +151,4 @@ def a_steered_coin_drifts_across_the_slope() -> float:
     )
     start = _COIN.state(q=_COIN.attitude(phi, 0.2), steer_rate=steer, roll_rate=roll)
     motion = _COIN.simulate(start, t)
-    return max_abs(motion["contact"] - exact.place, 0.7 * motion["roll_rate"] - exact.speed)
+    return laws.max_abs(motion["contact"] - exact.place, 0.7 * motion["roll_rate"] - exact.speed)

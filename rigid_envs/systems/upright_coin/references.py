@@ -1,18 +1,16 @@
 """Controllers bound to the tasks of a coin, what they read in observations, and bounds."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from rigid_envs.base.checks import Array
 from rigid_envs.control.planning import Conditions
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.mechanics import rotations
+from rigid_envs.scores.best import TheoreticalLimit, _rows
 from rigid_envs.scores.policies import Controller, Script, system_of
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries
-from rigid_envs.scores.theory import TheoreticalLimit, _rows
 from rigid_envs.systems.upright_coin.controllers import TwoRolls
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark

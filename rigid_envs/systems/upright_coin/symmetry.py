@@ -4,8 +4,6 @@ The attitude Rz(phi) Rx(pi / 2) Rz(psi) has the quaternion (cos a, cos b, sin b,
 with a = (phi + psi) / 2 and b = (phi - psi) / 2.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from rigid_envs.base.checks import Array

@@ -1,7 +1,5 @@
 """Upright coin: the rolling disk whose axis is held parallel to the plane."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Views of the coin that is held upright."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np
@@ -9,12 +7,10 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.tasks.core import Moment
-from rigid_envs.watch import meshes
-from rigid_envs.watch.scene import Arrow, Arrows, Camera, Floor, Mesh, Part, Pose, Trace
-from rigid_envs.watch.views import View, above, ghost, scaled
+from rigid_envs.watch import meshes, views
 
 
-class UprightCoinView(View):
+class UprightCoinView(views.View):
     """A coin with two different faces, its path, its velocity and the rate of steering."""
 
     @property
@@ -26,36 +22,36 @@ class UprightCoinView(View):
         """Centre of the coin [m], shape (3,)."""
         return np.append(self.system.accessors["contact"](moment.y), self.radius)
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """The coin."""
-        return {"coin": Part(coin())}
+        return {"coin": views.Part(coin())}
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """With the coin."""
-        return Camera(distance=10.0 * self.radius, elevation=30.0, follow="coin")
+        return views.Camera(distance=10.0 * self.radius, elevation=30.0, follow="coin")
 
-    def vectors(self) -> dict[str, Arrow]:
+    def vectors(self) -> dict[str, views.Arrow]:
         """The two rates that are controlled."""
         width = 0.1 * self.radius
         return {
-            "input": Arrow(meshes.INPUT, width, "velocity"),
-            "steer": Arrow(meshes.OMEGA, width, "steering"),
+            "input": views.Arrow(meshes.INPUT, width, "velocity"),
+            "steer": views.Arrow(meshes.OMEGA, width, "steering"),
         }
 
-    def traces(self) -> dict[str, Trace]:
+    def traces(self) -> dict[str, views.Trace]:
         """Path of the contact."""
-        return {"path": Trace(meshes.PATH, 0.07 * self.radius)}
+        return {"path": views.Trace(meshes.PATH, 0.07 * self.radius)}
 
-    def floor(self) -> Floor | None:
+    def floor(self) -> views.Floor | None:
         """Chequered, a metre a cell."""
-        return Floor(0.0, 40.0, 1.0)
+        return views.Floor(0.0, 40.0, 1.0)
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The coin."""
         q = self.system.accessors["q"](moment.y)
-        return {"coin": Pose(self.centre(moment), q, (self.radius,) * 3)}
+        return {"coin": views.Pose(self.centre(moment), q, (self.radius,) * 3)}
 
-    def arrows(self, moment: Moment) -> Arrows:
+    def arrows(self, moment: Moment) -> views.Arrows:
         """Velocity from the rim in front, rate of steering from the top."""
         read, r, centre = self.system.accessors, self.radius, self.centre(moment)
         roll, turn = (
@@ -66,8 +62,8 @@ class UprightCoinView(View):
         front = centre + r * velocity / speed if speed > 0.0 else centre
         upwards = np.array([0.0, 0.0, float(read["steer_rate"](moment.y))])
         return {
-            "input": (front, scaled(velocity, 1.2 / roll, 1.5 * r)),
-            "steer": (above(centre, 1.05 * r), scaled(upwards, r / turn, 1.2 * r)),
+            "input": (front, views.scaled(velocity, 1.2 / roll, 1.5 * r)),
+            "steer": (views.above(centre, 1.05 * r), views.scaled(upwards, r / turn, 1.2 * r)),
         }
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
@@ -85,19 +81,19 @@ class UprightCoinView(View):
 class CoinParkView(UprightCoinView):
     """A coin that is to be parked at the origin, where its ghost stands."""
 
-    def parts(self) -> dict[str, Part]:
+    def parts(self) -> dict[str, views.Part]:
         """Also the ghost."""
-        return super().parts() | {"goal": ghost(coin(), 0.35)}
+        return super().parts() | {"goal": views.ghost(coin(), 0.35)}
 
-    def camera(self) -> Camera:
+    def camera(self) -> views.Camera:
         """The start square and room for manoeuvres."""
         far = 8.0 + 2.6 * self.task.start_half_width
-        return Camera((0.0, 0.0, 0.5), far, azimuth=-65.0, elevation=34.0)
+        return views.Camera((0.0, 0.0, 0.5), far, azimuth=-65.0, elevation=34.0)
 
-    def poses(self, moment: Moment) -> dict[str, Pose]:
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """Also the ghost, with heading and phase 0."""
         q, r = self.system.attitude(0.0, 0.0), self.radius
-        return super().poses(moment) | {"goal": Pose((0.0, 0.0, r), q, (r, r, r))}
+        return super().poses(moment) | {"goal": views.Pose((0.0, 0.0, r), q, (r, r, r))}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Also the distance."""
@@ -109,7 +105,7 @@ class CoinParkView(UprightCoinView):
 
 
 @functools.cache
-def coin() -> Mesh:
+def coin() -> meshes.Mesh:
     """Coin of radius 1 about z: gold with a square, silver with a cross, a red mark at +y."""
     front = meshes.moved(meshes.box((0.7, 0.7, 0.02), [meshes.CREAM]), (0.0, 0.0, 0.07))
     bar = meshes.box((1.1, 0.22, 0.02), [meshes.CREAM])

@@ -1,7 +1,5 @@
 """Accuracy and cost of a free body, beside MuJoCo."""
 
-from __future__ import annotations
-
 import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass

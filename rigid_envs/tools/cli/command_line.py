@@ -83,10 +83,7 @@ def describe_(options: argparse.Namespace) -> None:
         print(describe(options.id, config))
 
 
-@verb(
-    option("folder", metavar="FOLDER", type=Path),
-    IDS,
-)
+@verb(option("folder", metavar="FOLDER", type=Path), IDS)
 def docs_(options: argparse.Namespace) -> None:
     """A page for every environment, in Markdown.
 

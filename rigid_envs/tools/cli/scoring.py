@@ -1,7 +1,5 @@
 """Verbs of scores: evaluate, best, leaderboard, repeat, recheck, verify."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import time
@@ -16,30 +14,22 @@ from rigid_envs.base.checks import require
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs import lookup as catalogue
 from rigid_envs.scores import best, finding
-from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.evaluation import evaluate, recheck, repeat
 from rigid_envs.scores.leaderboard import write_leaderboard
 from rigid_envs.scores.policies import recorded
-from rigid_envs.scores.repeating import recheck, repeat
 from rigid_envs.scores.starts import N_STARTS
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.cli.words import (
-    checked_ids,
-    config_of,
-    option,
-    refuse_missing_folder,
-    tell,
-    verb,
-)
+from rigid_envs.tools.cli import words
 from rigid_envs.tools.pages.tables import short_figure, table
 from rigid_envs.watch.replays.replay import load_replay
 
 # `rigid-envs leaderboard`: its arguments.
 
 
-@verb(
-    option("folder", type=Path, metavar="FOLDER"),
-    option(
+@words.verb(
+    words.option("folder", type=Path, metavar="FOLDER"),
+    words.option(
         "--packaged",
         action="store_true",
         help="also of what comes with the package: published policies and controllers",
@@ -73,9 +63,9 @@ def verify_results(files: Sequence[str], policy: str | None) -> bool:
     print(heading(provenance()), end="\n\n")
     holds = True
     for file in files:
-        tell(file)
+        words.tell(file)
         again = repeat(file, policy)
-        tell("")
+        words.tell("")
         then, n = again.then, again.then.n
         print(f"{file}: {then.env_id}, {then.policy}, {n} starts of seed {then.seed}")
         for line in again.differences:
@@ -102,7 +92,7 @@ def verify_policies(names: Sequence[str], seed: int | None) -> bool:
     print(heading(provenance()), end="\n\n")
     rows, complaints = [], []
     for name in names or published():
-        tell(name)
+        words.tell(name)
         begin = time.perf_counter()
         again = recheck(name, seed)
         seconds = time.perf_counter() - begin
@@ -113,7 +103,7 @@ def verify_policies(names: Sequence[str], seed: int | None) -> bool:
         own = again.then.env_id.rpartition("/")[2]
         rows.append((own, again.then.policy, *rates, *means, f"{seconds:.1f}", verdict))
         complaints += [f"{own}: {line}" for line in again.differences]
-    tell("")
+    words.tell("")
     print(table(_HEADER, rows, "<<>>>>><"))
     for line in complaints:
         print(f"FAILS: {line}")
@@ -136,9 +126,9 @@ _ROUNDING = 1e-9
 """Relative difference of the cost of a plan, which is played without feedback: the same bits."""
 
 
-@verb(
-    option("id", metavar="ID"),
-    option(
+@words.verb(
+    words.option("id", metavar="ID"),
+    words.option(
         "--policy",
         required=True,
         metavar="NAME|FILE",
@@ -147,10 +137,10 @@ _ROUNDING = 1e-9
         "(.safetensors), or `BallPark`, the published one of that id; or a replay (.npz) of the "
         "first starts, whose actions are played again",
     ),
-    option("--starts", type=int, metavar="N", help="(500, or those of the replay)"),
-    option("--name", help="of the policy in tables (its own)"),
-    option("--out", type=Path, metavar="FILE", help="write a row of the leaderboard"),
-    option("--json", action="store_true", help="print that row, not a table"),
+    words.option("--starts", type=int, metavar="N", help="(500, or those of the replay)"),
+    words.option("--name", help="of the policy in tables (its own)"),
+    words.option("--out", type=Path, metavar="FILE", help="write a row of the leaderboard"),
+    words.option("--json", action="store_true", help="print that row, not a table"),
     usage=(
         "rigid-envs evaluate ID --policy NAME|FILE [--starts N] [--name NAME] [--out FILE] "
         "[--json] [--KEY VALUE]"
@@ -161,8 +151,8 @@ def evaluate_(options: argparse.Namespace) -> None:
 
     Play one episode from each of the fixed starts. Any hyperparameter can be given as an option.
     """
-    env_id, config = catalogue.checked_id(options.id), config_of(options.rest)
-    refuse_missing_folder("--out", options.out)
+    env_id, config = catalogue.checked_id(options.id), words.config_of(options.rest)
+    words.refuse_missing_folder("--out", options.out)
     policy: Any = options.policy
     n = N_STARTS if options.starts is None else options.starts
     if policy.endswith(".npz"):
@@ -170,8 +160,8 @@ def evaluate_(options: argparse.Namespace) -> None:
             raise ValueError(f"--policy = {policy}; expected no other option: a replay has its own")
         found = _again(Path(policy), env_id)
     else:
-        found = evaluate(env_id, policy, n=n, config=config or None, progress=tell)
-    tell("")
+        found = evaluate(env_id, policy, n=n, config=config or None, progress=words.tell)
+    words.tell("")
     found = found if options.name is None else replace(found, policy=options.name)
     file = found.save(options.out) if options.out else None
     if options.json:
@@ -200,9 +190,9 @@ def _again(file: Path, env_id: str) -> Any:
     return evaluate(env_id, policy, n=len(replay.episodes), config=config)
 
 
-@verb(
-    option("ids", nargs="*", metavar="ID", help="these environments only"),
-    option(
+@words.verb(
+    words.option("ids", nargs="*", metavar="ID", help="these environments only"),
+    words.option(
         "--with",
         dest="files",
         nargs="+",
@@ -212,14 +202,14 @@ def _again(file: Path, env_id: str) -> Any:
         help="replays (.npz) of the first starts of one id; their actions are played again, and "
         "their labels say who found them",
     ),
-    option(
+    words.option(
         "--plan",
         action="store_true",
         help="improve the stored plans first, or plan where there are none: minutes for each id "
         "that has a recipe",
     ),
-    option("--starts", type=int, metavar="N", help="fewer starts, for a first look"),
-    option("--out", type=Path, metavar="FOLDER", help="instead of the package's data"),
+    words.option("--starts", type=int, metavar="N", help="fewer starts, for a first look"),
+    words.option("--out", type=Path, metavar="FOLDER", help="instead of the package's data"),
 )
 def best_(options: argparse.Namespace) -> None:
     """Compute the best known cost from each start, and keep it as data.
@@ -228,7 +218,7 @@ def best_(options: argparse.Namespace) -> None:
     the starts of the evaluation set, and keep the least cost of a success from each start with its
     finder.
     """
-    ids = checked_ids(options.ids or ENVIRONMENTS)
+    ids = words.checked_ids(options.ids or ENVIRONMENTS)
     n = N_STARTS if options.starts is None else options.starts
     known = 1 <= n <= N_STARTS and (n == N_STARTS or options.out is not None)
     require(known, n, "--starts", f"1 to {N_STARTS}; with --out if it is less")
@@ -239,9 +229,9 @@ def best_(options: argparse.Namespace) -> None:
         raise ValueError(f"--out = {folder}; expected a folder that exists")
     for env_id in ids:
         begin = time.perf_counter()
-        tell(env_id)
+        words.tell(env_id)
         found = _measured(env_id, n, folder, options)
-        tell("")
+        words.tell("")
         shares = ", ".join(f"{name} {count}" for name, count in found.shares.items()) or "nobody"
         print(f"{env_id}   {time.perf_counter() - begin:.1f} s   best {found.cost}: {shares}")
         rows = [
@@ -287,10 +277,10 @@ def verify_scores(ids: Sequence[str]) -> bool:
     chosen = list(ids or catalogue.one_of_each())
     rows: list[tuple[str, ...]] = []
     for env_id in chosen:
-        tell(env_id)
+        words.tell(env_id)
         known = best.best_known(env_id)
         rows += [(env_id, "", "", "", "", "no data")] if known is None else _compared(known)
-    tell("")
+    words.tell("")
     print(table(("id", "policy", "success", "efficiency", "off by", ""), rows, "<<>>><"))
     print(f"\noff by: the larger difference of success and efficiency; {_TOLERANCE:g}")
     for line in filter(None, map(best.missing_plans, chosen)):

@@ -1,7 +1,5 @@
 """Verbs of pictures: films, frames, gallery, play, replay."""
 
-from __future__ import annotations
-
 import argparse
 import json
 from collections.abc import Sequence
@@ -13,17 +11,22 @@ from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import checked_id
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.bench import frames
+from rigid_envs.tools.bench import figures
 from rigid_envs.tools.cli.words import IDS, config_of, option, refuse_missing_folder, tell, verb
 from rigid_envs.tools.pages.films import as_text, stale_films, with_table, write_films
 from rigid_envs.tools.pages.tables import table
 from rigid_envs.watch import films
 from rigid_envs.watch.drawing import Look
-from rigid_envs.watch.play.loop import play
+from rigid_envs.watch.play.game import play
 from rigid_envs.watch.play.steering import keys
-from rigid_envs.watch.replays.episode import Episode, play_again, same_bits
 from rigid_envs.watch.replays.page import MOST_EPISODES, write_html
-from rigid_envs.watch.replays.replay import Replay, load_replay
+from rigid_envs.watch.replays.replay import (
+    PastEpisode,
+    Replay,
+    load_replay,
+    play_again,
+    same_bits,
+)
 
 # `rigid-envs films`: a short film of every environment, for its page.
 
@@ -76,8 +79,8 @@ def frames_(options: argparse.Namespace) -> None:
     page = "" if options.page is None else options.page.read_text(encoding="utf-8")
     data = {
         "provenance": provenance(),
-        "frames": [asdict(times) for times in frames.frame_times(ids, report=tell)],
-        "bytes": frames.installed_size(),
+        "frames": [asdict(times) for times in figures.frame_times(ids, report=tell)],
+        "bytes": figures.installed_size(),
     }
     tell("")
     if options.page is None:
@@ -241,7 +244,7 @@ def _as_text(replay: Replay, rows: Sequence[Sequence[str]]) -> str:
     return f"{head}\n{table(names, rows, '><>>>>')}"
 
 
-def _row(replay: Replay, k: int, episode: Episode) -> tuple[str, ...]:
+def _row(replay: Replay, k: int, episode: PastEpisode) -> tuple[str, ...]:
     again = play_again(replay.task, episode.start, episode.actions)
     return (
         str(k),

@@ -1,7 +1,5 @@
 """Words of the command line: arguments, progress."""
 
-from __future__ import annotations
-
 import argparse
 import ast
 import inspect

@@ -1,7 +1,5 @@
 """Films and pictures of pages."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import json
@@ -13,8 +11,14 @@ import numpy as np
 
 import rigid_envs
 from rigid_envs.base.checks import ConfigError, Image
-from rigid_envs.base.files import checked_values, file_digest, named_damage, read_json, write_atomic
-from rigid_envs.base.text import markdown_table
+from rigid_envs.base.files import (
+    checked_values,
+    file_digest,
+    markdown_table,
+    named_damage,
+    read_json,
+    write_atomic,
+)
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.scores.starts import evaluation_seeds
@@ -22,8 +26,7 @@ from rigid_envs.tools.pages.tables import table
 from rigid_envs.tools.pages.writing import between, film_of, marks
 from rigid_envs.watch.drawing import Look
 from rigid_envs.watch.films import Played, episode_pictures, play_episode, write_film
-from rigid_envs.watch.lettering import pillow
-from rigid_envs.watch.window import tiled
+from rigid_envs.watch.pictures import pillow, tiled
 
 # Short film of every environment for its page: `rigid-envs films`.
 #

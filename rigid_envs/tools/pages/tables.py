@@ -14,10 +14,9 @@ from gymnasium import spaces
 from rigid_envs.base.settings import Choice, Flag, Integer, Number
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.envs.spaces import action_space, info_flags, observation_space
-from rigid_envs.scores.best import Best, best_known
+from rigid_envs.scores.best import Best, best_known, limit_of
 from rigid_envs.scores.result import rates_of
 from rigid_envs.scores.starts import METRICS, Metric, cost_of
-from rigid_envs.scores.theory import limit_of
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Rolling, Task

@@ -1,7 +1,5 @@
 """Pages of environments and the tables of README."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
@@ -12,8 +10,7 @@ import numpy as np
 from gymnasium import spaces
 
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.base.files import write_atomic
-from rigid_envs.base.text import markdown_table
+from rigid_envs.base.files import markdown_table, write_atomic
 from rigid_envs.envs.lookup import checked_id, families, task_of
 from rigid_envs.envs.spaces import action_space, observation_space
 from rigid_envs.scores.best import best_known

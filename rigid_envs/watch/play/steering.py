@@ -1,7 +1,5 @@
 """How keys and pointers become actions."""
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Mapping, Sequence

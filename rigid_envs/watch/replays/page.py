@@ -1,12 +1,10 @@
-"""A page to watch replays in a browser: scenes, frames and curves, as JSON and one block."""
-
-from __future__ import annotations
+"""A page to watch replays in a browser: scenes, curves and insets, as JSON and one block."""
 
 import base64
 import json
 import zlib
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -14,16 +12,199 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import require
+from rigid_envs.base.checks import Array, require
 from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import heading
+from rigid_envs.mechanics import rotations
+from rigid_envs.mechanics.system import System
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch.replays.episode import Episode, moments
-from rigid_envs.watch.replays.panels import Curve, curves, insets, is_driven
-from rigid_envs.watch.replays.replay import Replay
-from rigid_envs.watch.scene import Mesh, Panel, Scene, SceneFrame
-from rigid_envs.watch.views import View, view_of
+from rigid_envs.watch.meshes import Mesh
+from rigid_envs.watch.replays.replay import PastEpisode, Replay, moments
+from rigid_envs.watch.views import Panel, Scene, SceneFrame, View, view_class, view_of
+
+# Curves that are plotted beside the motion: rates, tilt, errors of what is conserved, reward.
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Quantities of an episode over time, or a path in the plane.
+
+    Attributes:
+        key: What it is, for programs.
+        title: What it is.
+        unit: Unit, and frame where there are two.
+        names: Name of each quantity.
+        values: Shape (n, k): at the T + 1 moments, or of the T steps.
+        kind: "time"; "plan" for a path, whose columns are x and y.
+    """
+
+    key: str
+    title: str
+    unit: str
+    names: tuple[str, ...]
+    values: Array
+    kind: str = "time"
+
+
+def curves(task: Task, episode: PastEpisode, driven: bool) -> list[Curve]:
+    """What is plotted of an episode.
+
+    Args:
+        task: Its task.
+        episode: The episode.
+        driven: Whether an input acts, in this episode or in one that it is compared with: what is
+            conserved without it then has changes instead of errors.
+    """
+    system = task.system(episode.parameters)
+    found = [*_motion(system, episode), *_attitude(task, system, episode)]
+    found += [*_path(system, episode.y), *_errors(system, episode, "change" if driven else "error")]
+    quantity, _, unit = task.cost_unit.rpartition("[")
+    spent = np.cumsum(episode.costs)[:, None]
+    entries = tuple(entry.symbol for entry in task.actions())
+    action = "choice" if task.n_choices else "of the largest"
+    found += [
+        Curve("reward", "Reward", "per step", ("reward",), episode.rewards[:, None]),
+        Curve("cost", f"Cost: {quantity.strip()}", unit.rstrip("]"), ("sum",), spent),
+        Curve("action", "Action", action, entries, episode.applied),
+    ]
+    return found
+
+
+def is_driven(episode: PastEpisode) -> bool:
+    """Whether any action or input acts in the episode: then energy and momentum may change."""
+    return bool(np.any(episode.u != 0.0) or np.any(episode.applied != 0.0))
+
+
+def conservation_errors(system: System, y: npt.ArrayLike) -> dict[str, Array]:
+    """Deviations of what is conserved without input from its value at the start.
+
+    Each is divided by the largest size of the quantity: ``(E - E[0]) / max |E|``.
+
+    Args:
+        system: The system.
+        y: States, shape (n, n_state), the start first.
+
+    Returns:
+        "energy" and what else there is, each of shape (n,).
+    """
+    invariants = system.invariants(y)
+    symmetric = getattr(system, "I1", None) == getattr(system, "I2", None)
+    found = {name: value for name, value in invariants.items() if name in _CONSERVED}
+    if "L_squared" in found:
+        found = {"L" if k == "L_squared" else k: v for k, v in found.items()}
+        found["L"] = np.sqrt(found["L"])
+    if not symmetric:
+        found.pop("L_spin", None)
+    return {
+        name: (value - value[0]) / max(float(np.max(np.abs(value))), 1e-300)
+        for name, value in found.items()
+    }
+
+
+_CONSERVED = {
+    "energy": "energy",
+    "L_squared": "|L|",
+    "L": "|L|",
+    "L_vertical": "vertical L",
+    "L_spin": "L about the axis",
+    "q_squared": "|q|\N{SUPERSCRIPT TWO}",
+}
+
+
+def _errors(system: System, episode: PastEpisode, word: str) -> list[Curve]:
+    """Energy, and momenta: errors where nothing drives the system, else changes."""
+    found = conservation_errors(system, episode.y)
+    energy = found.pop("energy", None)
+    result = []
+    if energy is not None:
+        result.append(
+            Curve("energy", f"Energy {word}", "relative", ("energy",), np.asarray(energy)[:, None])
+        )
+    if found:
+        names = tuple(_CONSERVED[name] for name in found)
+        title = f"|L| {word}" if tuple(found) == ("L",) else f"Momentum {word}"
+        if "q_squared" in found:  # it stays 1, whatever drives the ball
+            title = "|q|\N{SUPERSCRIPT TWO} error"
+        result.append(Curve("momentum", title, "relative", names, np.stack([*found.values()], -1)))
+    return result
+
+
+def _motion(system: System, episode: PastEpisode) -> list[Curve]:
+    """Angular velocity; of what has one degree of freedom, the velocity."""
+    y, named = episode.y, system.accessors
+    found = []
+    axes = ("\u03c9\u2081", "\u03c9\u2082", "\u03c9\u2083")
+    world = ("\u03c9x", "\u03c9y", "\u03c9z")
+    if "omega_body" in named:
+        found.append(
+            Curve("omega", "Angular velocity", "rad/s, body axes", axes, named["omega_body"](y))
+        )
+    elif "omega_world" in named:
+        values = named["omega_world"](y)
+        found.append(Curve("omega", "Angular velocity", "rad/s, world axes", world, values))
+    elif hasattr(system, "omega_world"):
+        values = np.asarray(system.omega_world(episode.u))
+        found.append(Curve("omega", "Angular velocity", "rad/s, world axes", world, values))
+    elif "velocity" in named:
+        speed = named["velocity"](y).reshape(len(y), -1)
+        found.append(Curve("omega", "Velocity", "m/s", ("v",), speed))
+    return found
+
+
+def _path(system: System, y: Array) -> list[Curve]:
+    """Path of a contact or of a pivot that moves."""
+    named = system.accessors
+    for name in ("contact", "position", "pivot"):
+        if name in named and np.ptp(path := named[name](y)[..., :2], axis=0).any():
+            title = {"pivot": "Path of the pivot"}.get(name, "Path on the plane")
+            return [Curve("plan", f"{title}, from above", "m", ("x", "y"), path, "plan")]
+    return []
+
+
+def _attitude(task: Task, system: System, episode: PastEpisode) -> list[Curve]:
+    """The angle that says most about the attitude: from a goal, of the axis, or from upright."""
+    if "q" not in system.components:
+        return []
+    y, named = episode.y, system.accessors
+    q = rotations.normalize(y[:, :4])
+    for name in ("goal", "reference"):
+        if f"{name}_w" in task.aux_names:
+            columns = [task.aux_names.index(f"{name}_{part}") for part in "wxyz"]
+            angle = rotations.distance(q, rotations.normalize(episode.aux[:, columns]))
+            return [_angle("Attitude", f"deg, from the {name}", ("angle",), angle)]
+    if "heading" in named:
+        both = np.stack([named["heading"](y), named["phase"](y)], axis=-1)
+        return [_angle("Heading and roll phase", "deg", ("heading", "phase"), both)]
+    if "L_body" in named and "tilt" not in named:
+        L = named["L_body"](y)
+        angle = np.arctan2(np.linalg.norm(L[:, :2], axis=-1), L[:, 2])
+        return [_angle("Tilt", "deg, of e\u2083 from L", ("tilt",), angle)]
+    tilt = named["tilt"](y) if "tilt" in named else None
+    if tilt is not None and tilt.ndim == 1:
+        return [_angle("Tilt", "deg, from the vertical", ("tilt",), tilt)]
+    return [_angle("Attitude", "deg, from upright", ("angle",), rotations.angle(q))]
+
+
+def _angle(title: str, unit: str, names: tuple[str, ...], values: Array) -> Curve:
+    return Curve("tilt", title, unit, names, np.degrees(values.reshape(len(values), -1)))
+
+
+# Insets of a replay page: Poinsot's construction of a free body, the axis of a top on a sphere.
+
+
+def insets(system: System, moments: Sequence[Moment], driven: bool) -> list[Panel]:
+    """What is shown beside the motion of a system.
+
+    Args:
+        system: The system.
+        moments: Moments of the episode.
+        driven: Whether inputs act: without them, the inertia ellipsoid rolls on a plane.
+    """
+    times = np.array([moment.time for moment in moments])
+    y = np.array([moment.y for moment in moments])
+    return view_class(type(system)).insets(system, y, times, driven)
+
 
 # Scenes, frames and curves as JSON and one block of binary numbers, for the replay page.
 
@@ -207,7 +388,12 @@ def _payload(episodes: Sequence[tuple[Replay, int]], budget: int) -> dict[str, A
 
 
 def _episode(
-    packer: Packer, task: Task, episode: Episode, view: View, path: Sequence[Moment], driven: bool
+    packer: Packer,
+    task: Task,
+    episode: PastEpisode,
+    view: View,
+    path: Sequence[Moment],
+    driven: bool,
 ) -> dict[str, Any]:
     """An episode: its motion, and what is shown beside it."""
     steps = [episode.moment(k, task) for k in range(len(episode) + 1)]
@@ -231,7 +417,9 @@ def _panel(view: View, path: Sequence[Moment]) -> Panel:
 
 
 def _plots(
-    packer: Packer, found: Sequence[Sequence[Curve]], shown: Sequence[tuple[Replay, Episode]]
+    packer: Packer,
+    found: Sequence[Sequence[Curve]],
+    shown: Sequence[tuple[Replay, PastEpisode]],
 ) -> list[dict[str, Any]]:
     """One plot for each kind of curve, with the lines of all episodes that have it."""
     kinds: dict[tuple[Any, ...], dict[int, Curve]] = {}
@@ -252,7 +440,7 @@ def _plots(
     ]
 
 
-def _lines(packer: Packer, curve: Curve, episode: Episode) -> dict[str, Any]:
+def _lines(packer: Packer, curve: Curve, episode: PastEpisode) -> dict[str, Any]:
     """The lines of an episode: over the moments, or over the steps, which end at their times."""
     times = packer.array(episode.times[len(episode.times) - len(curve.values) :], "f8")
     x, *lines = [packer.array(column, "f8") for column in curve.values.T]
@@ -262,7 +450,7 @@ def _lines(packer: Packer, curve: Curve, episode: Episode) -> dict[str, Any]:
     return {"end": end, "x": times, "lines": [x, *lines]}
 
 
-def _labels(episodes: Sequence[Episode]) -> list[str]:
+def _labels(episodes: Sequence[PastEpisode]) -> list[str]:
     """Who acts in each episode; those of one name are numbered."""
     names = [episode.label or "episode" for episode in episodes]
     return [
@@ -271,7 +459,9 @@ def _labels(episodes: Sequence[Episode]) -> list[str]:
     ]
 
 
-def _facts(labels: Sequence[str], shown: Sequence[tuple[Replay, Episode]]) -> list[tuple[str, str]]:
+def _facts(
+    labels: Sequence[str], shown: Sequence[tuple[Replay, PastEpisode]]
+) -> list[tuple[str, str]]:
     """What the page says about its episodes and their origin; what is equal, once."""
     facts: dict[tuple[str, str], list[str]] = {}
     for label, (replay, episode) in zip(labels, shown, strict=True):

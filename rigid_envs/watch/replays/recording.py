@@ -1,7 +1,5 @@
 """Wrappers that record episodes: of any single environment, and of rows of a vector one."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -19,8 +17,13 @@ from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.policies import PolicyFactory
 from rigid_envs.scores.starts import TEST_SEED, play, row_seeds
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch.replays.episode import Episode, checked_label, play_again
-from rigid_envs.watch.replays.replay import Replay, id_of
+from rigid_envs.watch.replays.replay import (
+    PastEpisode,
+    Replay,
+    checked_label,
+    id_of,
+    play_again,
+)
 
 # Wrappers that record episodes: of any single environment, and of rows of a vector one.
 
@@ -40,7 +43,7 @@ class _Recorder:
     ) -> None:
         """Nothing goes on."""
         self._task, self._label, self._first = task, checked_label(label), first
-        self._ended: deque[Episode] = deque(maxlen=last)
+        self._ended: deque[PastEpisode] = deque(maxlen=last)
         self._start: dict[str, Array] | None = None
         self._actions: list[npt.NDArray[np.float32]] = []
 
@@ -61,21 +64,21 @@ class _Recorder:
         """Record the action of a step."""
         self._actions.append(action.copy())
 
-    def end(self, terminated: bool = False, truncated: bool = False) -> Episode:
+    def end(self, terminated: bool = False, truncated: bool = False) -> PastEpisode:
         """The present episode, which is over: the rest is computed again, to the same bits."""
         episode = self._whole(terminated, truncated)
         self._start, self._actions = None, []
         return episode
 
-    def keep(self, episode: Episode) -> None:
+    def keep(self, episode: PastEpisode) -> None:
         """Add an episode to those that have ended."""
         self._ended.append(episode)
 
-    def episodes(self) -> list[Episode]:
+    def episodes(self) -> list[PastEpisode]:
         """All that were kept, and the unfinished one."""
         return [*self._ended, *([self._whole()] if self._actions else [])]
 
-    def _whole(self, terminated: bool = False, truncated: bool = False) -> Episode:
+    def _whole(self, terminated: bool = False, truncated: bool = False) -> PastEpisode:
         assert self._start is not None
         ends = {"terminated": bool(terminated), "truncated": bool(truncated)}
         return play_again(self._task, self._start, self._actions, self._label, **ends)
@@ -93,23 +96,24 @@ class _Recording:
         self._id, self._file = id_of(self.env, self._task), file
         self._recorders = {row: _Recorder(self._task, label, **kept) for row in rows}
 
+    def episodes(self) -> tuple[PastEpisode, ...]:
+        """The episodes so far that had a step, row by row, the unfinished ones included."""
+        return tuple(e for recorder in self._recorders.values() for e in recorder.episodes())
+
     def replay(self) -> Replay:
-        """The episodes so far, row by row, the unfinished ones included.
+        """The replay of `episodes`.
 
         Raises:
             ValueError: There are none.
         """
-        return Replay(self._id, self._task, tuple(self._episodes()))
+        return Replay(self._id, self._task, self.episodes())
 
     def close(self, **kwargs: Any) -> None:
         """Save the replay if a file was given and there is an episode; close the environment."""
-        if self._file is not None and self._episodes():
+        if self._file is not None and self.episodes():
             self.replay().save(self._file)
             self._file = None
         self.env.close(**kwargs)
-
-    def _episodes(self) -> list[Episode]:
-        return [each for recorder in self._recorders.values() for each in recorder.episodes()]
 
 
 class RecordReplay(_Recording, gym.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
@@ -165,7 +169,7 @@ class RecordReplay(_Recording, gym.Wrapper[Any, Any, Any, Any], RecordConstructo
     def _inner(self) -> Any:
         return self.env.unwrapped
 
-    def _compare(self, episode: Episode) -> None:
+    def _compare(self, episode: PastEpisode) -> None:
         y, end = self._inner.y, episode.y[-1]
         expected = "to which the recorded actions lead: the state was set, or the environment"
         expected = f"{end.tolist()}, {expected} stepped, past RecordReplay"

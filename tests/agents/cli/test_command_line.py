@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from agents.cli import training
+from agents.cli import verbs
 from agents.cli.command_line import main
 from agents.config.reading import load_config, recipe_for
 from rigid_envs.scores.trained import file_of
@@ -134,7 +134,7 @@ def test_without_a_word_the_flagship_is_trained_for_a_short_time(monkeypatch: Pa
         seen.append(options)
         return 0
 
-    monkeypatch.setattr(training, "train", replace(training.train, act=train))
+    monkeypatch.setattr(verbs, "train", replace(verbs.train, act=train))
     assert main([]) == main(["train"]) == main(["--quiet"]) == 0
     short, *others = (getattr(options, "total_timesteps", None) for options in seen)
     assert others == [None, None]

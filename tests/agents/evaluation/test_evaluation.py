@@ -17,9 +17,9 @@ from agents.cli.command_line import main
 from agents.evaluation.baselines import digest_of, figures_of, grouped, markdown
 from agents.evaluation.reports import evaluate, table, write_report
 from rigid_envs.scores.best import best_known
+from rigid_envs.scores.evaluation import published_record
 from rigid_envs.scores.policies import RandomPolicy
 from rigid_envs.scores.records import Record, evaluation_of, read_record, record_file, write_record
-from rigid_envs.scores.repeating import published_record
 from rigid_envs.scores.starts import FLOOR, play, row_seeds
 from rigid_envs.scores.trained import FOLDER, published
 from tests.agents.drift import Drift

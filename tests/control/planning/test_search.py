@@ -9,8 +9,8 @@ import pytest
 from rigid_envs.control.planning import descent
 from rigid_envs.control.planning.descent import (
     Plans,
+    PlanSearch,
     Rows,
-    Search,
     axes_along,
     condense,
     improve,
@@ -22,9 +22,9 @@ from rigid_envs.control.planning.descent import (
 from rigid_envs.control.planning.model import Linear, Model, Motion
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.mechanics import rotations
+from rigid_envs.scores.best import least_time
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.finding import plan
-from rigid_envs.scores.theory import least_time
 from tests.control.planning.test_model import model_of, some_actions
 
 PARK = "RigidEnvs/BallPark-v0"
@@ -117,7 +117,7 @@ def merit(model, motion, price):
 def test_a_step_is_taken_where_it_lowers_the_merit_and_nowhere_else():
     n, T = 4, 10
     model = model_of(PARK, n, T)
-    search = Search(model, some_actions(model, T), 2.0)
+    search = PlanSearch(model, some_actions(model, T), 2.0)
     price = 2.0 * np.maximum(search.motion.costs, 0.1)
     before, taken = search.motion, []
     for _ in range(12):
@@ -133,7 +133,7 @@ def test_a_step_is_taken_where_it_lowers_the_merit_and_nowhere_else():
 def test_a_part_of_a_search_goes_on_as_the_whole_does_in_its_rows():
     n, T, rows = 4, 10, np.array([3, 1])
     model = model_of(PARK, n, T)
-    search = Search(model, some_actions(model, T), 2.0)
+    search = PlanSearch(model, some_actions(model, T), 2.0)
     for _ in range(3):
         search.step()
     part = search.part(rows)

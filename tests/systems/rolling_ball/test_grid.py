@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.rolling_ball.controllers import (

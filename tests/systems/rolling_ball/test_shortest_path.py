@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
 
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.rolling_ball import elastica

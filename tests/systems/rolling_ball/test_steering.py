@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipe, ellipj, ellipk
 
-from rigid_envs.envs.goal import RigidGoalVectorEnv
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidGoalVectorEnv, RigidVectorEnv
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores.policies import reference_controllers
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from rigid_envs.control.linear import region_of_attraction, simulate_closed_loop
-from rigid_envs.envs.single import RigidEnv
-from rigid_envs.envs.vector import RigidVectorEnv
+from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.systems.rolling_disk import closed_forms as rolling_disk
 from rigid_envs.systems.rolling_disk.controllers import (
     CircleRegulator,
-    Rolling,
+    DiskMotion,
     rolling,
     rolling_state,
 )
@@ -37,7 +36,7 @@ def controller_of(shape, share=0.3):
 
 def steady(disk, theta, precession, omega3):
     """A steady motion: wn = phi' sin(theta) about the radius that points up."""
-    return Rolling(theta - 0.5 * np.pi, 0.0, precession * math.sin(theta), omega3)
+    return DiskMotion(theta - 0.5 * np.pi, 0.0, precession * math.sin(theta), omega3)
 
 
 def free_circles(disk):
@@ -73,7 +72,7 @@ def test_on_a_steady_circle_of_the_closed_form_no_torque_is_asked_for(shape):
 @pytest.mark.parametrize("shape", DISKS)
 def test_on_any_circle_the_torque_is_that_which_holds_the_lean(shape):
     controller, rng = controller_of(shape, 10.0), np.random.default_rng(0)
-    circle = Rolling(*rng.uniform([-0.5, 0, -1, 1], [0.5, 0, 1, 2], (20, 4)).T)
+    circle = DiskMotion(*rng.uniform([-0.5, 0, -1, 1], [0.5, 0, 1, 2], (20, 4)).T)
     y = rolling_state(circle)
     held = controller.inputs(controller(y, controller.curvature(circle)))
     lean_rate = rolling(controller.disk.advance(y, held, 1e-4)).rate
@@ -83,10 +82,10 @@ def test_on_any_circle_the_torque_is_that_which_holds_the_lean(shape):
 
 def test_rolling_is_read_off_at_any_heading_and_phase():
     rng = np.random.default_rng(1)
-    expected = Rolling(*rng.uniform(-1.0, 1.0, (4, 30)))
+    expected = DiskMotion(*rng.uniform(-1.0, 1.0, (4, 30)))
     found = rolling(rolling_state(expected))
     np.testing.assert_allclose(np.stack(found), np.stack(expected), rtol=0, atol=1e-14)
-    disk, start = RollingDisk(), rolling_state(Rolling(0.2, 0.1, 0.3, 1.5))
+    disk, start = RollingDisk(), rolling_state(DiskMotion(0.2, 0.1, 0.3, 1.5))
     y = disk.simulate(start, np.linspace(0.0, 0.5, 3)).y[-1]
     theta, n = disk.tilt(y), disk.radius_up(y)
     now = rolling(y)
@@ -111,7 +110,7 @@ def test_the_lean_that_a_circle_asks_for_does_not_move_whatever_the_torque(shape
 @pytest.mark.parametrize("shape", DISKS)
 def test_the_lean_that_is_asked_for_does_not_move_far_from_upright_either(shape):
     controller, rng = controller_of(shape), np.random.default_rng(3)
-    circle = Rolling(*rng.uniform([-0.9, 0, 0.5, 2], [0.9, 0, 1, 3], (20, 4)).T)
+    circle = DiskMotion(*rng.uniform([-0.9, 0, 0.5, 2], [0.9, 0, 1, 3], (20, 4)).T)
     y = rolling_state(circle._replace(rate=np.full(20, 0.05)))
     now = rolling(controller.disk.advance(y, controller.inputs(np.zeros((20, 1))), 0.02, 4))
     off = now.lean - circle.lean
@@ -141,7 +140,7 @@ def test_the_sampled_closed_loop_is_stable_at_every_stiffness(shape):
 def test_the_riccati_value_is_the_cost_near_a_circle(shape):
     controller = controller_of(shape)
     circles, curvatures = zip(*free_circles(DISKS[shape]), strict=True)
-    circle, curvature = Rolling(*np.array(circles).T), np.array(curvatures)
+    circle, curvature = DiskMotion(*np.array(circles).T), np.array(curvatures)
     states = played(controller, rolling_state(circle._replace(rate=1e-4)), curvature, 40)
     now, torque = rolling(states), controller.torque * controller(states, curvature)[..., 0]
     cost = (now.lean - circle.lean) ** 2 + now.rate**2 / 300.0 + controller.input_weight * torque**2
@@ -166,7 +165,7 @@ def test_slow_discs_that_lean_are_led_onto_their_circles(share, lean, goal):
     threshold = math.sqrt(disk.g / (3.0 * disk.radius))
 
     def succeeds(leans):
-        slow = Rolling(leans[..., 0], 0.0, 0.0, share * threshold)
+        slow = DiskMotion(leans[..., 0], 0.0, 0.0, share * threshold)
         end = rolling(played(controller, rolling_state(slow), goal, 160)[-1])
         return np.abs(controller.curvature(end) / goal - 1.0) < 0.05
 
@@ -176,7 +175,7 @@ def test_slow_discs_that_lean_are_led_onto_their_circles(share, lean, goal):
 
 def test_no_torque_is_larger_than_the_largest_and_each_row_is_as_alone():
     controller, rng = controller_of("disk"), np.random.default_rng(3)
-    y = rolling_state(Rolling(*rng.uniform([-1, -1, -1, 1], [1, 1, 1, 2], (4, 3, 4)).T))
+    y = rolling_state(DiskMotion(*rng.uniform([-1, -1, -1, 1], [1, 1, 1, 2], (4, 3, 4)).T))
     goals = rng.uniform(0.1, 0.3, (3, 4))
     assert controller(y, goals).shape == (3, 4, 1)
     assert_within_limits_row_by_row(controller, y, goals)
@@ -184,7 +183,7 @@ def test_no_torque_is_larger_than_the_largest_and_each_row_is_as_alone():
 
 def test_a_disk_that_stands_is_held_as_it_leans():
     controller = controller_of("disk")
-    end = rolling(played(controller, rolling_state(Rolling(0.1, 0.0, 0.0, 0.0)), 0.2, 10)[-1])
+    end = rolling(played(controller, rolling_state(DiskMotion(0.1, 0.0, 0.0, 0.0)), 0.2, 10)[-1])
     assert end.lean == pytest.approx(0.1, abs=1e-12)
 
 
@@ -263,7 +262,7 @@ def test_the_threshold_of_starts_is_that_of_the_books(shape):
 def test_a_lean_beyond_sixty_degrees_ends_the_episode():
     env = RigidEnv("rigid_envs.systems.rolling_disk.tasks:DiskRoll", dt=1e-4)
     for degrees, fallen in ((59.9, False), (60.1, True), (-59.9, False), (-60.1, True)):
-        y = rolling_state(Rolling(np.radians(degrees), 0.0, 0.0, 1.0))
+        y = rolling_state(DiskMotion(np.radians(degrees), 0.0, 0.0, 1.0))
         env.reset(options={"state": y})
         _, _, terminated, _, info = env.step(np.zeros(1, dtype=np.float32))
         assert terminated == fallen
@@ -273,7 +272,7 @@ def test_a_lean_beyond_sixty_degrees_ends_the_episode():
 def test_the_observed_curvature_is_that_of_the_way_of_the_contact():
     """From three places of the contact, of a disk that rolls steadily under the torque it needs."""
     disk, lean, wn, w3 = RollingDisk(), 0.3, 0.9, 1.2
-    y = rolling_state(Rolling(lean, 0.0, wn, w3))
+    y = rolling_state(DiskMotion(lean, 0.0, wn, w3))
     spin = w3 - wn / np.tan(0.5 * np.pi + lean)  # psi'; n = e2 turns towards e1 of the body at psi'
     hold = np.array([0.0, (disk.rhs(y)[4] - spin * wn) * (disk.I1 + disk.m), 0.0])  # l = -e1
     a, b, c = disk.simulate(y, [0.0, 0.4, 0.8], hold)["contact"]

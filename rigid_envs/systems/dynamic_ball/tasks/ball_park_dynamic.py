@@ -1,7 +1,5 @@
 """Roll a ball with inertia to a pose."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, NamedTuple
@@ -22,15 +20,7 @@ from rigid_envs.systems.dynamic_ball.dynamics import (
 )
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.rolling_ball.symmetry import REFLECTION, TURN
-from rigid_envs.systems.rolling_ball.tasks.ball_park import (
-    FAR,
-    OFFSET,
-    POSE,
-    misplacement,
-    offset,
-    pose_frame,
-    pose_seen,
-)
+from rigid_envs.systems.rolling_ball.tasks import ball_park
 from rigid_envs.tasks.fields import Entry, Range, physical, span
 from rigid_envs.tasks.reduction import Frame, Reduction, polar_seen, turn
 from rigid_envs.tasks.task import Rolling
@@ -59,7 +49,7 @@ def _stopped(y: Any, p: Any, c: Any) -> tuple[float, float, Quaternion]:
 @scalar
 def _frame(X: float, Y: float, q: Quaternion, p: Any) -> Frame:
     """That of the pose in which the ball stops; not mirrored on a turntable, which has a sense."""
-    frame = pose_frame(X, Y, q)
+    frame = ball_park.pose_frame(X, Y, q)
     return Frame(frame.cosine, frame.sine, select(p.turntable_rate == 0.0, frame.side, 1.0))
 
 
@@ -71,9 +61,9 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     ahead, left = polar_seen(frame, y.X * p.inverse_radius, y.Y * p.inverse_radius)
     fast, across = polar_seen(frame, y.VX * p.inverse_radius, y.VY * p.inverse_radius)
     return (
-        *pose_seen(frame, X, Y, q),
-        min(max(ahead, -FAR), FAR),
-        min(max(left, -FAR), FAR),
+        *ball_park.pose_seen(frame, X, Y, q),
+        min(max(ahead, -ball_park.FAR), ball_park.FAR),
+        min(max(left, -ball_park.FAR), ball_park.FAR),
         min(max(fast, -_FAST), _FAST),
         min(max(across, -_FAST), _FAST),
         min(math.sqrt(fma(fast, fast, across * across)), _FAST),
@@ -95,8 +85,8 @@ DYNAMIC_POSE = Reduction(
     ),
     symmetries=(TURN, REFLECTION),
     features=(
-        *POSE,
-        *(Entry(f"{k} / radius", "1", "reduced", -FAR, FAR) for k in "XY"),
+        *ball_park.POSE,
+        *(Entry(f"{k} / radius", "1", "reduced", -ball_park.FAR, ball_park.FAR) for k in "XY"),
         *(Entry(f"V{k} / radius", "1/s", "reduced", -_FAST, _FAST) for k in "XY"),
         Entry("abs V / radius", "1/s", "", 0.0, _FAST),
     ),
@@ -172,15 +162,15 @@ def outcome(
     y: State, u: Input, aux: NoAuxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[NoAuxiliary, Terms, float, bool, bool]:
     """The terms of `BallPark`; parking requires rest, and the plate ends at the edge."""
-    distance, twist, mismatch, angle = misplacement(y, p.inverse_radius)
+    distance, twist, mismatch, angle = ball_park.misplacement(y, p.inverse_radius)
     speed = math.sqrt(y.VX * y.VX + y.VY * y.VY)
     there = (distance * p.radius <= c.position_tolerance) & (angle <= c.angle_tolerance)
     parked = there & (speed <= c.speed_tolerance)
     off = distance * p.radius > c.edge
     terms = Terms(
-        position=-min(distance, FAR),
+        position=-min(distance, ball_park.FAR),
         twist=-twist,
-        mismatch=-cbrt(min(mismatch, FAR)),
+        mismatch=-cbrt(min(mismatch, ball_park.FAR)),
         angle=-angle,
         parked=select(parked, 1.0, 0.0),
         off=select(off, -1.0, 0.0),
@@ -195,7 +185,7 @@ def observe(
 ) -> tuple[float, float, float, float]:
     """Position in radii, velocity in radii per second."""
     VX, VY = y.VX * p.inverse_radius, y.VY * p.inverse_radius
-    return (*offset(y, p), min(max(VX, -_FAST), _FAST), min(max(VY, -_FAST), _FAST))
+    return (*ball_park.offset(y, p), min(max(VX, -_FAST), _FAST), min(max(VY, -_FAST), _FAST))
 
 
 def speed_bound(push: float, reach: float, gyration: float = 0.0) -> float:
@@ -337,7 +327,7 @@ class BallParkDynamic(DynamicBallTask):
     def features(self) -> tuple[Entry, ...]:
         """Offset in radii, velocity in radii per second."""
         return (
-            *OFFSET,
+            *ball_park.OFFSET,
             *(Entry(f"V{k} / radius", "1/s", "world", -_FAST, _FAST) for k in "XY"),
         )
 

@@ -1,7 +1,5 @@
 """Hold a ball on a plate by tilting it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

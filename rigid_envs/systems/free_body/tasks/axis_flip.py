@@ -1,7 +1,5 @@
 """Reverse the spin in the body by a commanded time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,25 +12,9 @@ from rigid_envs.engine.algebra import Row
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import fma, log, select
 from rigid_envs.engine.episode import Episode, clip_to_box
+from rigid_envs.systems.free_body import saddle
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
-from rigid_envs.systems.free_body.saddle import (
-    Place,
-    growing_frame,
-    growing_side,
-    half_turned,
-    near,
-    place_at,
-    turn,
-    within,
-)
-from rigid_envs.systems.free_body.tasks.shared import (
-    FASTEST,
-    BodyTorque,
-    SpinTask,
-    actuate,
-    observed_rates,
-    perturbed_spin,
-)
+from rigid_envs.systems.free_body.tasks import shared
 from rigid_envs.tasks.fields import Entry, Range, span
 from rigid_envs.tasks.task import AuxiliaryRanges
 
@@ -59,7 +41,7 @@ def decay(x: float) -> float:
 
 
 @scalar
-def phase_left(at: Place, left: float, c: Any) -> float:
+def phase_left(at: saddle.Place, left: float, c: Any) -> float:
     """Time to the middle of the flip that arrives at the commanded time, over that of growth.
 
     From ``1 / sqrt(share)``, which d has in the middle, it decays as ``2 exp(-time)`` of that.
@@ -72,9 +54,9 @@ def phase_left(at: Place, left: float, c: Any) -> float:
 @scalar
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The spin, its time to the middle of the flip, and its difference from the timed motion."""
-    w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
-    at = place_at(w1, w3, c)
-    sign = growing_side(at, w2)
+    w1, w2, w3 = shared.observed_rates(y, 1.0 / c.spin_rate)
+    at = saddle.place_at(w1, w3, c)
+    sign = saddle.growing_side(at, w2)
     d, s, w1, w3 = sign * at.d, sign * at.s, sign * w1, sign * w3
     left, most = max(aux.time_left, 0.0), 1.0 / math.sqrt(at.share)
     # on the separatrix omega2 = tanh(phase) and d = most / cosh(phase), over the rate of arrival
@@ -96,25 +78,28 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
         w2,
         w3,
         min(left / c.largest_flip_time, 1.0),
-        within(_DECADE * wanted, _DECADES),
-        select(before, within(_DECADE * (coming - wanted), _DECADES), 0.0),
-        near(error1, c.tolerance),
-        near(error2, c.tolerance),
-        near(error3, c.tolerance),
+        saddle.within(_DECADE * wanted, _DECADES),
+        select(before, saddle.within(_DECADE * (coming - wanted), _DECADES), 0.0),
+        saddle.near(error1, c.tolerance),
+        saddle.near(error2, c.tolerance),
+        saddle.near(error3, c.tolerance),
     )
 
 
-FLIP = half_turned(
+FLIP = saddle.half_turned(
     features=(
-        *(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)),
+        *(
+            Entry(f"omega{k} / Omega", "1", "reduced", -shared.FASTEST, shared.FASTEST)
+            for k in (1, 2, 3)
+        ),
         Entry("time left / longest", "1", "none", 0.0, 1.0),
         Entry("wanted time to flip", "1", "decades of growth", -_DECADES, _DECADES),
         Entry("late by", "1", "decades of growth", -_DECADES, _DECADES),
         *(Entry(f"near error{k}", "1", "reduced", -1.0, 1.0) for k in (1, 2, 3)),
     ),
     observe=observe_reduced,
-    frame_of=growing_frame,
-    turn=turn,
+    frame_of=saddle.growing_frame,
+    turn=saddle.turn,
     formulas="""
     With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
     I1)))`, `growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))`, `k = I1 (I3 - I1) / (4 I2 (I3 - I2))`: `d
@@ -176,7 +161,7 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
     """Spin Omega about e2, perturbed uniformly in a ball; commanded time uniform in its range."""
     low, high = c.least_flip_time, c.largest_flip_time
     left = fma(high - low, randoms.uniform(stream, 1 << 21), low)
-    return perturbed_spin(stream, c.spin_rate, c.start_spread), Auxiliary(left, 1.0)
+    return shared.perturbed_spin(stream, c.spin_rate, c.start_spread), Auxiliary(left, 1.0)
 
 
 @scalar
@@ -203,12 +188,12 @@ def observe(
     y: State, aux: Auxiliary, p: Parameters, c: Constants
 ) -> tuple[float, float, float, float]:
     """Angular velocity divided by Omega; time left divided by the longest time."""
-    w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
+    w1, w2, w3 = shared.observed_rates(y, 1.0 / c.spin_rate)
     return w1, w2, w3, min(max(aux.time_left / c.largest_flip_time, 0.0), 1.0)
 
 
 @dataclass(frozen=True)
-class AxisFlip(SpinTask):
+class AxisFlip(shared.SpinTask):
     """Reverse the spin in the body, from e2 to -e2, by a commanded time with the least impulse.
 
     The angular momentum L is fixed in space, but not in the body: spin about the unstable
@@ -282,13 +267,13 @@ class AxisFlip(SpinTask):
 
     episode: ClassVar = Episode(
         dynamics=FREE_BODY,
-        Action=BodyTorque,
+        Action=shared.BodyTorque,
         Terms=Terms,
         Constants=Constants,
         Auxiliary=Auxiliary,
         start=start,
         clip=clip_to_box,
-        actuate=actuate,
+        actuate=shared.actuate,
         outcome=outcome,
         observe=observe,
     )

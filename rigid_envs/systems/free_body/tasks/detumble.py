@@ -1,7 +1,5 @@
 """Bring a tumbling body to rest by impulses."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -15,12 +13,7 @@ from rigid_envs.engine.episode import Episode, NoAuxiliary, clip_to_ball, single
 from rigid_envs.systems.free_body import dynamics as free_body
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2, ROTATION_IN_SPACE
-from rigid_envs.systems.free_body.tasks.shared import (
-    FASTEST,
-    BodyTask,
-    fastest,
-    observed_rates,
-)
+from rigid_envs.systems.free_body.tasks.shared import FASTEST, BodyTask, fastest, observed_rates
 from rigid_envs.tasks.fields import Entry, span
 from rigid_envs.tasks.reduction import Reduction
 

@@ -1,7 +1,5 @@
 """Hold the spin about the unstable intermediate axis."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -13,15 +11,7 @@ from rigid_envs.engine.elementary import select
 from rigid_envs.engine.episode import Episode, clip_to_box
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems.free_body.saddle import Place, half_turned, near, place_at, turn, within
-from rigid_envs.systems.free_body.tasks.shared import (
-    FASTEST,
-    BodyTorque,
-    SpinTask,
-    actuate,
-    observe,
-    observed_rates,
-    start,
-)
+from rigid_envs.systems.free_body.tasks import shared
 from rigid_envs.tasks.fields import Entry, Range
 from rigid_envs.tasks.parts import Held, held_for
 from rigid_envs.tasks.reduction import Side, turn_one
@@ -43,13 +33,15 @@ def side(at: Place) -> float:
 def held(at: Place, pull: float, c: Any) -> tuple[float, float]:
     """Growing and decaying coordinate over the largest d that torque can hold by d' = -pull."""
     inverse = c.spin_rate * c.spin_rate * at.growth / pull
-    return within(abs(at.d) * inverse, FASTEST), within(side(at) * at.s * inverse, FASTEST)
+    return within(abs(at.d) * inverse, shared.FASTEST), within(
+        side(at) * at.s * inverse, shared.FASTEST
+    )
 
 
 @scalar
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The spin relative to Omega e2, with d >= 0."""
-    w = observed_rates(y, 1.0 / c.spin_rate)
+    w = shared.observed_rates(y, 1.0 / c.spin_rate)
     at = place_at(w[0], w[2], c)
     pull = c.torque * (1.0 / c.middle1 + at.ratio / c.middle3)
     return (*direction_seen(w, at, pull, c), near(w[1] - 1.0, c.tolerance))
@@ -64,7 +56,7 @@ def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Side:
 @scalar
 def observe_direction(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The spin relative to the direction e2, with d >= 0."""
-    w = observed_rates(y, 1.0 / c.spin_rate)
+    w = shared.observed_rates(y, 1.0 / c.spin_rate)
     at = place_at(w[0], w[2], c)
     return direction_seen(w, at, c.torque * at.ratio / c.middle3, c)
 
@@ -82,10 +74,12 @@ _SHAPE = """\
     With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
     I1)))` and `growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))`: `d = w1 - r w3`, `s = w1 + r w3`, and
     the sign S is -1 where d < 0, else 1. Entries: S w1, w2, S w3, k |d|, S k s"""
-_RATES = tuple(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3))
+_RATES = tuple(
+    Entry(f"omega{k} / Omega", "1", "reduced", -shared.FASTEST, shared.FASTEST) for k in (1, 2, 3)
+)
 _SADDLE = (
-    Entry("d / held", "1", "reduced", 0.0, FASTEST),
-    Entry("s / held", "1", "reduced", -FASTEST, FASTEST),
+    Entry("d / held", "1", "reduced", 0.0, shared.FASTEST),
+    Entry("s / held", "1", "reduced", -shared.FASTEST, shared.FASTEST),
     Entry("near d", "1", "reduced, d / (abs d + tolerance)", 0.0, 1.0),
     Entry("near s", "1", "reduced, likewise", -1.0, 1.0),
 )
@@ -156,7 +150,7 @@ def outcome(
 
 
 @dataclass(frozen=True)
-class IntermediateAxis(SpinTask):
+class IntermediateAxis(shared.SpinTask):
     """Hold spin about the unstable intermediate axis e2 at the rate Omega.
 
     Free spin about the axis of the middle moment is unstable: perturbations grow, and the body
@@ -219,15 +213,15 @@ class IntermediateAxis(SpinTask):
 
     episode: ClassVar = Episode(
         dynamics=FREE_BODY,
-        Action=BodyTorque,
+        Action=shared.BodyTorque,
         Terms=Terms,
         Constants=Constants,
         Auxiliary=Held,
-        start=start,
+        start=shared.start,
         clip=clip_to_box,
-        actuate=actuate,
+        actuate=shared.actuate,
         outcome=outcome,
-        observe=observe,
+        observe=shared.observe,
     )
     reduction: ClassVar = HOLDING
     # Full torque for 30 s exceeds the envelope of the system, at more than 5 rad/s: the step is

@@ -1,7 +1,5 @@
 """Align a spin with the unstable intermediate axis by one torque about another axis."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple

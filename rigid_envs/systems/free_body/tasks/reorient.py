@@ -1,7 +1,5 @@
 """Turn a body from rest to rest at a goal attitude."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

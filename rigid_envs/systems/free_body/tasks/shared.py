@@ -1,7 +1,5 @@
 """What tasks of a free body share."""
 
-from __future__ import annotations
-
 import abc
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Bring a spin about any axis to the intermediate axis."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -12,16 +10,8 @@ from rigid_envs.engine.algebra import Row, vertical
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import fma
 from rigid_envs.engine.episode import Episode, clip_to_box
+from rigid_envs.systems.free_body import saddle
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
-from rigid_envs.systems.free_body.saddle import (
-    growing_frame,
-    growing_side,
-    half_turned,
-    near,
-    place_at,
-    turn,
-    within,
-)
 from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
@@ -50,8 +40,8 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     along omega.
     """
     w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
-    at = place_at(w1, w3, c)
-    sign = growing_side(at, w2)
+    at = saddle.place_at(w1, w3, c)
+    sign = saddle.growing_side(at, w2)
     off = at.s * at.d
     energy = fma(at.share, fma(at.d, at.d, at.s * at.s), fma(w2, w2, -1.0))
     square = at.ratio * at.ratio
@@ -62,18 +52,18 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
         sign * w1,
         w2,
         sign * w3,
-        within(off, FASTEST),
-        within(energy, FASTEST),
-        near(slope1, _FULL),
-        near(slope2, _FULL),
-        near(slope3, _FULL),
-        near(sign * at.d, c.tolerance),
-        near(sign * at.s, c.tolerance),
-        near(w2 - 1.0, c.tolerance),
+        saddle.within(off, FASTEST),
+        saddle.within(energy, FASTEST),
+        saddle.near(slope1, _FULL),
+        saddle.near(slope2, _FULL),
+        saddle.near(slope3, _FULL),
+        saddle.near(sign * at.d, c.tolerance),
+        saddle.near(sign * at.s, c.tolerance),
+        saddle.near(w2 - 1.0, c.tolerance),
     )
 
 
-CAPTURE = half_turned(
+CAPTURE = saddle.half_turned(
     features=(
         *(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)),
         *(Entry(k, "1", "", -FASTEST, FASTEST) for k in "pE"),
@@ -81,8 +71,8 @@ CAPTURE = half_turned(
         *(Entry(f"near {k}", "1", "reduced", -1.0, 1.0) for k in ("d", "s", "omega2 - Omega")),
     ),
     observe=observe_reduced,
-    frame_of=growing_frame,
-    turn=turn,
+    frame_of=saddle.growing_frame,
+    turn=saddle.turn,
     formulas="""
     With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
     I1)))` and `k = I1 (I3 - I1) / (4 I2 (I3 - I2))`: `d = w1 - r w3`, `s = w1 + r w3`, and the sign

@@ -1,7 +1,5 @@
 """Balance a top by moving its pivot."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -14,23 +12,8 @@ from rigid_envs.engine.elementary import fma
 from rigid_envs.engine.episode import Episode, clip_to_disk
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
-from rigid_envs.systems.heavy_top.tasks.shared import (
-    FRAME_FORMULAS,
-    LEAN_FORMULAS,
-    NONE,
-    ORIGIN,
-    Lean,
-    SymmetricTopTask,
-    critical_spin,
-    derive_symmetric,
-    fastest_spinning,
-    length,
-    share,
-    shares,
-    tilt_of,
-    tilted,
-    world_lean,
-)
+from rigid_envs.systems.heavy_top.tasks import shared
+from rigid_envs.systems.heavy_top.tasks.shared import FRAME_FORMULAS, LEAN_FORMULAS
 from rigid_envs.tasks.fields import Entry, span
 from rigid_envs.tasks.parts import Held, held_for, limited
 from rigid_envs.tasks.reduction import Frame, Reduction, frame_along, polar_seen, turn
@@ -46,7 +29,7 @@ _LEAN = 0.1  # rad
 class _Returning(NamedTuple):
     """Lean; what grows of it beyond what brings the pivot back; frame along that."""
 
-    lean: Lean
+    lean: shared.Lean
     grown: float
     frame: Frame
 
@@ -59,7 +42,7 @@ def _returning(y: Any, c: Any) -> _Returning:
     the top leans by a / g at rest. Of a lean e with e' = 0 the growing part is
     ``(growth - i kappa / 2) e``.
     """
-    lean = world_lean(attitude(y), (y.omega1, y.omega2, y.omega3), c.fall_square, c.gyration)
+    lean = shared.world_lean(attitude(y), (y.omega1, y.omega2, y.omega3), c.fall_square, c.gyration)
     back = _RETURN * math.sqrt(c.fall_square)
     lean_x = back * fma(back, y.X, 2.0 * y.VX) / c.gravity
     lean_y = back * fma(back, y.Y, 2.0 * y.VY) / c.gravity
@@ -67,7 +50,7 @@ def _returning(y: Any, c: Any) -> _Returning:
     x = fma(lean.growth, lean_x, fma(half, lean_y, lean.growing_x))
     z = fma(lean.growth, lean_y, fma(-half, lean_x, lean.growing_y))
     frame = frame_along(x, z, lean.growing_x, lean.growing_y, y.omega3 < 0.0)
-    return _Returning(lean, length(x, z), frame)
+    return _Returning(lean, shared.length(x, z), frame)
 
 
 @scalar
@@ -78,22 +61,22 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     tilt = polar_seen(frame, lean.x, lean.y)
     pivot = polar_seen(frame, y.X, y.Y)
     velocity = polar_seen(frame, y.VX, y.VY)
-    close = 1.0 / (length(pivot[0], pivot[1]) + _NEAR)
+    close = 1.0 / (shared.length(pivot[0], pivot[1]) + _NEAR)
     free = 1.0 / math.sqrt(c.fall_square)
     spin = 0.5 * c.gyration * abs(y.omega3) * free
     return (
         min(3.0 * grown, 3.0),
-        share(grown, _NEAR),
-        share(grown, _CLOSE),
-        *shares(decaying[0], decaying[1], _NEAR),
-        *shares(tilt[0], tilt[1], _LEAN),
+        shared.share(grown, _NEAR),
+        shared.share(grown, _CLOSE),
+        *shared.shares(decaying[0], decaying[1], _NEAR),
+        *shared.shares(tilt[0], tilt[1], _LEAN),
         min(max(pivot[0], -_FAR), _FAR),
         min(max(pivot[1], -_FAR), _FAR),
         close * pivot[0],
         close * pivot[1],
         min(max(velocity[0], -_FAR), _FAR),
         min(max(velocity[1], -_FAR), _FAR),
-        *shares(velocity[0], velocity[1], _NEAR),
+        *shared.shares(velocity[0], velocity[1], _NEAR),
         vertical(attitude(y))[2],
         min(spin, _REDUCED_FAST),
     )
@@ -184,15 +167,15 @@ class Constants(NamedTuple):
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Slow spin, small tilt, pivot at rest in the centre."""
     tilt = c.start_tilt * fma(2.0 / 3.0, randoms.uniform(stream, 0), 1.0 / 3.0)
-    q = tilted(stream, tilt, 1 << 20, 1 << 21)
-    spin = critical_spin(p) * c.start_spin * fma(0.7, randoms.uniform(stream, 1), 0.3)
-    return State(*q, 0.0, 0.0, spin, *ORIGIN), Held(0.0)
+    q = shared.tilted(stream, tilt, 1 << 20, 1 << 21)
+    spin = shared.critical_spin(p) * c.start_spin * fma(0.7, randoms.uniform(stream, 1), 0.3)
+    return State(*q, 0.0, 0.0, spin, *shared.ORIGIN), Held(0.0)
 
 
 @scalar
 def actuate(a: Action, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
     """Horizontal acceleration of the pivot in world axes."""
-    return y, Input(*NONE, *NONE, c.push * a.aX, c.push * a.aY)
+    return y, Input(*shared.NONE, *shared.NONE, c.push * a.aX, c.push * a.aY)
 
 
 @scalar
@@ -200,7 +183,7 @@ def outcome(
     y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
 ) -> tuple[Held, Terms, float, bool, bool]:
     """Reward terms, integral of |a| as cost, success after the hold time, end at arena or fall."""
-    tilt = tilt_of(y)
+    tilt = shared.tilt_of(y)
     away = math.sqrt(y.X * y.X + y.Y * y.Y)
     size = math.sqrt(u.aX * u.aX + u.aY * u.aY)
     near = (tilt < c.tilt_tolerance) & (away < c.centre_tolerance)
@@ -229,7 +212,7 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class PivotTop(SymmetricTopTask):
+class PivotTop(shared.SymmetricTopTask):
     """Balance a slowly spinning top by moving its pivot: the spinning spherical cart-pole.
 
     A top below the sleeping threshold falls, more slowly the faster it spins, and it precesses as
@@ -309,7 +292,7 @@ class PivotTop(SymmetricTopTask):
         Terms=Terms,
         Constants=Constants,
         Auxiliary=Held,
-        derive=derive_symmetric,
+        derive=shared.derive_symmetric,
         start=start,
         clip=clip_to_disk,
         actuate=actuate,
@@ -335,4 +318,4 @@ class PivotTop(SymmetricTopTask):
         """Bound on the rates under gravity and full acceleration of the pivot."""
         spin = self.start_spin * self.largest_critical_spin
         impulse = span(self.m)[1] * span(self.ell)[1] * self.push * duration
-        return fastest_spinning(self.I_perp, self.I3, spin, 0.0, self.mgl, impulse)
+        return shared.fastest_spinning(self.I_perp, self.I3, spin, 0.0, self.mgl, impulse)

@@ -1,7 +1,5 @@
 """What tasks of a top share."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -304,7 +302,7 @@ LEAN_FORMULAS = """\
 FRAME_FORMULAS = """\
     y is to the left of it, or to the right where omega3 < 0. A vector whose square is below 1e-18
     has no direction. The share of a vector v with the half h is `v / (|v| + h)`."""
-UPRIGHT_FORMULAS = """\
+SEEN_FORMULAS = """\
     Entries: `min(3 |u|, 3)`, the shares of |u|, s, s and e with their halves, R33,
     `min(|kappa| / (2 sqrt(fall)), 4)` and `growth / sqrt(fall)`."""
 """Formulas of `parts`, `lean_frame` and `upright_seen`."""

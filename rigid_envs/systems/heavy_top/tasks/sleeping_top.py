@@ -1,7 +1,5 @@
 """Keep a slow top upright."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -14,24 +12,8 @@ from rigid_envs.engine.elementary import fma
 from rigid_envs.engine.episode import Episode, clip_to_disk, single
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
-from rigid_envs.systems.heavy_top.tasks.shared import (
-    FRAME_FORMULAS,
-    LEAN_FORMULAS,
-    NONE,
-    ORIGIN,
-    UPRIGHT,
-    UPRIGHT_FORMULAS,
-    Lean,
-    SymmetricTopTask,
-    critical_spin,
-    derive_symmetric,
-    fastest_top,
-    lean_frame,
-    tilt_of,
-    tilted,
-    upright_seen,
-    world_lean,
-)
+from rigid_envs.systems.heavy_top.tasks import shared
+from rigid_envs.systems.heavy_top.tasks.shared import FRAME_FORMULAS, LEAN_FORMULAS, SEEN_FORMULAS
 from rigid_envs.tasks.fields import Entry, Range, span
 from rigid_envs.tasks.parts import Held, held_for, limited
 from rigid_envs.tasks.reduction import Frame, Reduction, turned_back
@@ -40,23 +22,23 @@ from rigid_envs.tasks.reduction import Frame, Reduction, turned_back
 
 
 @scalar
-def _lean(y: Any, c: Any) -> Lean:
+def _lean(y: Any, c: Any) -> shared.Lean:
     omega = (y.omega1, y.omega2, y.omega3)
-    return world_lean(attitude(y), omega, c.fall_square, c.gyration)
+    return shared.world_lean(attitude(y), omega, c.fall_square, c.gyration)
 
 
 @scalar
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Lean, height and spin; the parameters may be hidden, so those of the middle top are used."""
     lean = _lean(y, c)
-    frame = lean_frame(lean, y.omega3)
-    return upright_seen(frame, lean, vertical(attitude(y))[2], y.omega3, c)
+    frame = shared.lean_frame(lean, y.omega3)
+    return shared.upright_seen(frame, lean, vertical(attitude(y))[2], y.omega3, c)
 
 
 @scalar
 def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
     """Frame along the growing part of the lean."""
-    return lean_frame(_lean(y, c), y.omega3)
+    return shared.lean_frame(_lean(y, c), y.omega3)
 
 
 @scalar
@@ -73,7 +55,7 @@ SLEEPING_TOP = Reduction(
         "action is the push of the axis: the torque is at right angles to it."
     ),
     symmetries=(TURN, PHASE, REFLECTION),
-    features=UPRIGHT,
+    features=shared.UPRIGHT,
     observe=observe_reduced,
     Frame=Frame,
     frame_of=frame_of,
@@ -81,7 +63,7 @@ SLEEPING_TOP = Reduction(
     formulas=f"""{LEAN_FORMULAS} u, along s where u is 0, and that of the world where both are 0;
     {FRAME_FORMULAS} Here `e = R13 + i R23`.
 
-    {UPRIGHT_FORMULAS} The action, as p in world axes, acts as (-p_y, p_x), rounded to float32.
+    {SEEN_FORMULAS} The action, as p in world axes, acts as (-p_y, p_x), rounded to float32.
     """,
 )
 """Reduction of `SleepingTop`: O(2), turns about the vertical and reflections, and the phase."""
@@ -127,15 +109,15 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, H
     """Slow spin and small tilt; tilt, spin, azimuth and phase uniform."""
     tilt = c.start_tilt * randoms.uniform(stream, 0)
     width = c.start_spin_high - c.start_spin_low
-    spin = critical_spin(p) * fma(width, randoms.uniform(stream, 1), c.start_spin_low)
-    q = tilted(stream, tilt, 2, 1 << 20)
-    return State(*q, 0.0, 0.0, spin, *ORIGIN), Held(0.0)
+    spin = shared.critical_spin(p) * fma(width, randoms.uniform(stream, 1), c.start_spin_low)
+    q = shared.tilted(stream, tilt, 2, 1 << 20)
+    return State(*q, 0.0, 0.0, spin, *shared.ORIGIN), Held(0.0)
 
 
 @scalar
 def actuate(a: Action, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
     """Horizontal torque in world axes."""
-    return y, Input(*NONE, c.torque * a.tau_x, c.torque * a.tau_y, *NONE)
+    return y, Input(*shared.NONE, c.torque * a.tau_x, c.torque * a.tau_y, *shared.NONE)
 
 
 @scalar
@@ -143,7 +125,7 @@ def outcome(
     y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
 ) -> tuple[Held, Terms, float, bool, bool]:
     """Reward terms, torque impulse as cost, success after the hold time."""
-    tilt = tilt_of(y)
+    tilt = shared.tilt_of(y)
     size = math.sqrt(u.tau_world_x * u.tau_world_x + u.tau_world_y * u.tau_world_y)
     held, success = held_for(tilt < c.tolerance, aux, c, dt)
     terms = Terms(
@@ -160,7 +142,7 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> Vector:
 
 
 @dataclass(frozen=True)
-class SleepingTop(SymmetricTopTask):
+class SleepingTop(shared.SymmetricTopTask):
     """Keep a spinning top upright whose spin is below the sleeping threshold.
 
     Upright spin above the critical rate is stable: the top sleeps. Here the spin is 0.3 to 0.95 of
@@ -221,7 +203,7 @@ class SleepingTop(SymmetricTopTask):
         Terms=Terms,
         Constants=Constants,
         Auxiliary=Held,
-        derive=derive_symmetric,
+        derive=shared.derive_symmetric,
         start=start,
         clip=clip_to_disk,
         actuate=actuate,
@@ -256,7 +238,7 @@ class SleepingTop(SymmetricTopTask):
         low = min(span(moment)[0] for moment in moments)
         growth = self.torque / math.sqrt(low) * duration
         spin = self.start_spin_high * self.largest_critical_spin
-        return fastest_top(moments, spin, 0.0, self.mgl, growth)
+        return shared.fastest_top(moments, spin, 0.0, self.mgl, growth)
 
 
 @dataclass(frozen=True)

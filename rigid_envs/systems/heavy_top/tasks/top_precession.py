@@ -1,7 +1,5 @@
 """Bring a nutating top to steady precession."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,20 +14,8 @@ from rigid_envs.engine.elementary import fma, sincos
 from rigid_envs.engine.episode import Episode, clip_to_disk, clip_to_square, single
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
-from rigid_envs.systems.heavy_top.tasks.shared import (
-    FAST,
-    FRAME_FORMULAS,
-    NONE,
-    ORIGIN,
-    SymmetricTopTask,
-    critical_spin,
-    derive_symmetric,
-    fastest_spinning,
-    precession,
-    shares,
-    steady,
-    tilted,
-)
+from rigid_envs.systems.heavy_top.tasks import shared
+from rigid_envs.systems.heavy_top.tasks.shared import FRAME_FORMULAS
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.parts import held_for, limited
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, turned_back
@@ -63,10 +49,10 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     G = vertical(attitude(y))
     across, falling, spin = axial_seen(frame, (y.omega1, y.omega2, y.omega3))
     falling = -falling
-    tilt, rate = precession(y)
+    tilt, rate = shared.precession(y)
     rate, goal_rate = (
         frame.side * rate,
-        frame.side * steady(aux.goal_tilt, y.omega3, p, c.fast_branch),
+        frame.side * shared.steady(aux.goal_tilt, y.omega3, p, c.fast_branch),
     )
     goal_sine, goal_cosine = sincos(aux.goal_tilt)
     sine = math.sqrt(fma(G[0], G[0], G[1] * G[1]))
@@ -81,14 +67,14 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     return (
         tilt,
         aux.goal_tilt,
-        min(spin, FAST) * 0.2,
+        min(spin, shared.FAST) * 0.2,
         goal_rate,
         min(max(across, -2.0), 2.0),
         min(max(falling, -2.0), 2.0),
-        *shares(off, late, _NEAR),
-        *shares(off, late, _CLOSE),
-        *shares(falling, bend, _NEAR),
-        *shares(falling, bend, _CLOSE),
+        *shared.shares(off, late, _NEAR),
+        *shared.shares(off, late, _CLOSE),
+        *shared.shares(falling, bend, _NEAR),
+        *shared.shares(falling, bend, _CLOSE),
         moment / (abs(moment) + _NEAR),
         moment / (abs(moment) + _CLOSE),
     )
@@ -112,8 +98,8 @@ TOP_PRECESSION = Reduction(
     features=(
         Entry("theta", "rad", "world", 0.0, math.pi),
         Entry("goal theta", "rad", "world", 0.0, math.pi),
-        Entry("|omega3| / 5", "rad/s", "limited", 0.0, 0.2 * FAST),
-        Entry("goal phi'", "rad/s", "reduced", -FAST, FAST),
+        Entry("|omega3| / 5", "rad/s", "limited", 0.0, 0.2 * shared.FAST),
+        Entry("goal phi'", "rad/s", "reduced", -shared.FAST, shared.FAST),
         Entry("phi' sin theta", "rad/s", "reduced, limited", -2.0, 2.0),
         Entry("theta'", "rad/s", "reduced, limited", -2.0, 2.0),
         *(
@@ -204,12 +190,12 @@ class Auxiliary(NamedTuple):
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """Random tilt, transverse rates and goal; spin above the critical one."""
-    q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0), 1 << 20, 1 << 21)
-    spin = critical_spin(p) * fma(c.start_spread, randoms.uniform(stream, 1), c.start_spin)
+    q = shared.tilted(stream, c.start_tilt * randoms.uniform(stream, 0), 1 << 20, 1 << 21)
+    spin = shared.critical_spin(p) * fma(c.start_spread, randoms.uniform(stream, 1), c.start_spin)
     goal = fma(c.goal_spread, randoms.uniform(stream, 2), c.goal_tilt)
     across = randoms.in_disk(stream, 1 << 22)
     omega = (c.start_rate * across[0], c.start_rate * across[1], spin)
-    return State(*q, *omega, *ORIGIN), Auxiliary(held=0.0, goal_tilt=goal)
+    return State(*q, *omega, *shared.ORIGIN), Auxiliary(held=0.0, goal_tilt=goal)
 
 
 @scalar
@@ -217,7 +203,7 @@ def actuate(
     a: Action, y: State, aux: Auxiliary, p: Parameters, c: Constants
 ) -> tuple[State, Input]:
     """Torque about e1 and e2."""
-    return y, Input(c.torque * a.tau1, c.torque * a.tau2, *NONE, *NONE)
+    return y, Input(c.torque * a.tau1, c.torque * a.tau2, *shared.NONE, *shared.NONE)
 
 
 @scalar
@@ -225,8 +211,8 @@ def outcome(
     y: State, u: Input, aux: Auxiliary, p: Parameters, c: Constants, dt: float
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Reward terms, torque impulse as cost, success after the hold time."""
-    goal = steady(aux.goal_tilt, y.omega3, p, c.fast_branch)
-    tilt, rate = precession(y)
+    goal = shared.steady(aux.goal_tilt, y.omega3, p, c.fast_branch)
+    tilt, rate = shared.precession(y)
     off = abs(tilt - aux.goal_tilt)
     wrong = abs(rate - goal) / max(abs(goal), _SLOW)
     square = u.tau_body1 * u.tau_body1 + u.tau_body2 * u.tau_body2
@@ -243,18 +229,18 @@ def outcome(
 @scalar
 def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Angular velocity in body axes, tilt and rate of precession, and their goals."""
-    tilt, rate = precession(y)
+    tilt, rate = shared.precession(y)
     return (
-        *limited((y.omega1, y.omega2, y.omega3), FAST),
+        *limited((y.omega1, y.omega2, y.omega3), shared.FAST),
         tilt,
         rate,
         aux.goal_tilt,
-        steady(aux.goal_tilt, y.omega3, p, c.fast_branch),
+        shared.steady(aux.goal_tilt, y.omega3, p, c.fast_branch),
     )
 
 
 @dataclass(frozen=True)
-class TopPrecession(SymmetricTopTask):
+class TopPrecession(shared.SymmetricTopTask):
     """Bring a nutating top to steady precession at a commanded tilt.
 
     A top from a general start nutates between two tilts while it precesses. At every tilt there are
@@ -341,7 +327,7 @@ class TopPrecession(SymmetricTopTask):
         Terms=Terms,
         Constants=Constants,
         Auxiliary=Auxiliary,
-        derive=derive_symmetric,
+        derive=shared.derive_symmetric,
         start=start,
         clip=clip_to_square,
         actuate=actuate,
@@ -363,11 +349,11 @@ class TopPrecession(SymmetricTopTask):
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity, tilt and rate of precession, and their goals."""
         return (
-            *(Entry(f"omega{k}", "rad/s", "body", -FAST, FAST) for k in (1, 2, 3)),
+            *(Entry(f"omega{k}", "rad/s", "body", -shared.FAST, shared.FAST) for k in (1, 2, 3)),
             Entry("theta", "rad", "world", 0.0, math.pi),
-            Entry("phi'", "rad/s", "world", -FAST, FAST),
+            Entry("phi'", "rad/s", "world", -shared.FAST, shared.FAST),
             Entry("goal theta", "rad", "world", 0.0, math.pi),
-            Entry("goal phi'", "rad/s", "world", -FAST, FAST),
+            Entry("goal phi'", "rad/s", "world", -shared.FAST, shared.FAST),
         )
 
     def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
@@ -379,4 +365,6 @@ class TopPrecession(SymmetricTopTask):
         """Bound on the rates from the fastest start under gravity and full torque."""
         spin = (self.start_spin + self.start_spread) * self.largest_critical_spin
         impulse = math.sqrt(2.0) * self.torque * duration
-        return fastest_spinning(self.I_perp, self.I3, spin, self.start_rate, self.mgl, impulse)
+        return shared.fastest_spinning(
+            self.I_perp, self.I3, spin, self.start_rate, self.mgl, impulse
+        )

@@ -1,7 +1,5 @@
 """Keep an asymmetric top upright."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
@@ -14,25 +12,8 @@ from rigid_envs.engine.elementary import fma
 from rigid_envs.engine.episode import Episode, clip_to_box, clip_to_disk, single
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import HALF_TURN, REFLECTION, TURN
-from rigid_envs.systems.heavy_top.tasks.shared import (
-    FRAME_FORMULAS,
-    LEAN_FORMULAS,
-    NONE,
-    ORIGIN,
-    UPRIGHT,
-    UPRIGHT_FORMULAS,
-    Lean,
-    TopTask,
-    fastest_top,
-    lean_frame,
-    length,
-    parts,
-    share,
-    tilt_of,
-    tilted,
-    upright_seen,
-    weight,
-)
+from rigid_envs.systems.heavy_top.tasks import shared
+from rigid_envs.systems.heavy_top.tasks.shared import FRAME_FORMULAS, LEAN_FORMULAS, SEEN_FORMULAS
 from rigid_envs.tasks.fields import Entry, Range, physical, span
 from rigid_envs.tasks.parts import Held, held_for, limited
 from rigid_envs.tasks.reduction import Frame, Reduction, turned_back
@@ -41,20 +22,20 @@ from rigid_envs.tasks.reduction import Frame, Reduction, turned_back
 
 
 @scalar
-def _lean(y: Any, c: Any) -> Lean:
+def _lean(y: Any, c: Any) -> shared.Lean:
     """Parts of the lean in body axes, of a symmetric top with the mean of the moments."""
     G = vertical(attitude(y))
-    return parts(-G[0], -G[1], y.omega2, -y.omega1, y.omega3, c.fall_square, c.gyration)
+    return shared.parts(-G[0], -G[1], y.omega2, -y.omega1, y.omega3, c.fall_square, c.gyration)
 
 
 @scalar
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Lean, height, spin, and the azimuth of the frame, by which moments and products differ."""
     lean = _lean(y, c)
-    frame = lean_frame(lean, y.omega3)
+    frame = shared.lean_frame(lean, y.omega3)
     return (
-        *upright_seen(frame, lean, vertical(attitude(y))[2], y.omega3, c),
-        share(length(y.omega1, y.omega2), 1.0),
+        *shared.upright_seen(frame, lean, vertical(attitude(y))[2], y.omega3, c),
+        shared.share(shared.length(y.omega1, y.omega2), 1.0),
         fma(2.0 * frame.cosine, frame.cosine, -1.0),
         2.0 * frame.side * frame.cosine * frame.sine,
     )
@@ -63,7 +44,7 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
 @scalar
 def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
     """Frame along the growing part of the lean."""
-    return lean_frame(_lean(y, c), y.omega3)
+    return shared.lean_frame(_lean(y, c), y.omega3)
 
 
 @scalar
@@ -82,7 +63,7 @@ TOP_RANDOM = Reduction(
     ),
     symmetries=(TURN, HALF_TURN, REFLECTION),
     features=(
-        *UPRIGHT,
+        *shared.UPRIGHT,
         Entry("share omega", "1", "rate across e3, of itself + 1 rad/s", 0.0, 1.0),
         Entry("cos 2 alpha", "1", "alpha of the frame in the body", -1.0, 1.0),
         Entry("sin 2 alpha", "1", "alpha of the frame in the body", -1.0, 1.0),
@@ -94,7 +75,7 @@ TOP_RANDOM = Reduction(
     formulas=f"""{LEAN_FORMULAS} u, along s where u is 0, and along e1 where both are 0;
     {FRAME_FORMULAS} Here `e = -(R31 + i R32)`, in body axes, and e' stands for `omega2 - i omega1`.
 
-    {UPRIGHT_FORMULAS} Then `w / (w + 1)` with `w = |(omega1, omega2)|`, `cos(2 alpha)` and `S
+    {SEEN_FORMULAS} Then `w / (w + 1)` with `w = |(omega1, omega2)|`, `cos(2 alpha)` and `S
     sin(2 alpha)` with the angle alpha from e1 to the x-axis; S is -1 where omega3 < 0, else 1. The
     first two entries of the action, clipped to the disk and then as p along e1 and e2, act as
     (-p_2, p_1), rounded to float32, and the third as S a3.
@@ -145,17 +126,17 @@ class Constants(NamedTuple):
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Small tilt, spin in either sense, small transverse rates."""
-    q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0), 1 << 20, 1 << 21)
+    q = shared.tilted(stream, c.start_tilt * randoms.uniform(stream, 0), 1 << 20, 1 << 21)
     spin = c.start_spin * (2.0 * randoms.uniform(stream, 1) - 1.0)
     across = randoms.in_disk(stream, 1 << 22)
     omega = (c.start_rate * across[0], c.start_rate * across[1], spin)
-    return State(*q, *omega, *ORIGIN), Held(0.0)
+    return State(*q, *omega, *shared.ORIGIN), Held(0.0)
 
 
 @scalar
 def actuate(a: Action, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
     """Torque about the three body axes."""
-    return y, Input(c.torque * a.tau1, c.torque * a.tau2, c.torque * a.tau3, *NONE, 0.0, 0.0)
+    return y, Input(c.torque * a.tau1, c.torque * a.tau2, c.torque * a.tau3, *shared.NONE, 0.0, 0.0)
 
 
 @scalar
@@ -163,7 +144,7 @@ def outcome(
     y: State, u: Input, aux: Held, p: Parameters, c: Constants, dt: float
 ) -> tuple[Held, Terms, float, bool, bool]:
     """Reward terms, torque impulse as cost, success after the hold time."""
-    tilt = tilt_of(y)
+    tilt = shared.tilt_of(y)
     tau1, tau2, tau3 = u.tau_body1, u.tau_body2, u.tau_body3
     square = tau1 * tau1 + tau2 * tau2 + tau3 * tau3
     held, success = held_for(tilt < c.tolerance, aux, c, dt)
@@ -181,7 +162,7 @@ def observe(y: State, aux: Held, p: Parameters, c: Constants) -> Vector:
 
 
 @dataclass(frozen=True)
-class TopRandom(TopTask):
+class TopRandom(shared.TopTask):
     """Keep an asymmetric heavy top upright; its moments are drawn in every episode.
 
     A top with three different moments has only two integrals, the energy and the vertical momentum,
@@ -277,6 +258,6 @@ class TopRandom(TopTask):
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates from the fastest start under gravity and full torque."""
         moments = (self.I1, self.I2, self.I3)
-        mgl = weight(self.m, self.g, self.ell)
+        mgl = shared.weight(self.m, self.g, self.ell)
         push = self.torque * math.sqrt(sum(1.0 / span(moment)[0] for moment in moments))
-        return fastest_top(moments, self.start_spin, self.start_rate, mgl, push * duration)
+        return shared.fastest_top(moments, self.start_spin, self.start_rate, mgl, push * duration)

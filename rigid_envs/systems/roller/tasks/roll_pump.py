@@ -1,7 +1,5 @@
 """Pump a roller up a valley."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

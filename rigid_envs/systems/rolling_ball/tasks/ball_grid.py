@@ -1,7 +1,5 @@
 """Roll a ball home by quarter turns."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple

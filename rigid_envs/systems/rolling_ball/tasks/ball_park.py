@@ -1,7 +1,5 @@
 """Roll a ball to a pose."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple

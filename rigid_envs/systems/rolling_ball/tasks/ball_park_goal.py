@@ -1,7 +1,5 @@
 """Roll a ball to a pose that is drawn in every episode."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

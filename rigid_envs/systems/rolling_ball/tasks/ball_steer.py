@@ -1,7 +1,5 @@
 """Roll a ball along a moving reference."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What tasks share in which a ball rolls as it is told."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple

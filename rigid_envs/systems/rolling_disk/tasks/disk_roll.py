@@ -1,7 +1,5 @@
 """Keep a disk rolling on a circle."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -78,10 +76,7 @@ def threshold(mgr: float, I1: float, I3: float, rim: float) -> float:
 
 
 def fastest_disk(
-    parameters: tuple[Range, Range, Range, Range, Range],
-    speed: float,
-    turn: float,
-    torque: float,
+    parameters: tuple[Range, Range, Range, Range, Range], speed: float, turn: float, torque: float
 ) -> float:
     """Bound on the rate [rad/s] until the lean is 60 degrees, as in `RollingDisk.rate_and_growth`.
 

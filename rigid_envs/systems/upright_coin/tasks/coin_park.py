@@ -1,7 +1,5 @@
 """Park a coin."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
