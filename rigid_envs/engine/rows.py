@@ -118,14 +118,23 @@ def put(
     """Write numbers of row `lane` of a block, from `slot` on."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        places = _places(builder, arguments[1:4], len(values))
+        entries = _entries(context, builder, values, arguments[4], types.float64)
+        places = _places(builder, arguments[1:4], len(entries))
         at = elements(context, builder, signature.args[0], arguments[0], places)
-        for k, given in enumerate(values):
-            value = builder.extract_value(arguments[4], k)
-            builder.store(context.cast(builder, value, given, types.float64), at[k])
+        for entry, here in zip(entries, at, strict=True):
+            builder.store(entry, here)
         return context.get_dummy_value()
 
     return types.void(array, types.intp, types.intp, types.intp, values), generate
+
+
+def _entries(context: Any, builder: Any, row: Any, value: Any, number: Any) -> list[Any]:
+    """Entries of a row, then the defaults of those it was made without: numba leaves them out."""
+    kind: Any = getattr(row, "instance_class", None)
+    left_out = () if kind is None else kind._fields[len(row) :]
+    pieces = [(builder.extract_value(value, k), given) for k, given in enumerate(row)]
+    entries = [context.cast(builder, piece, given, number) for piece, given in pieces]
+    return entries + [context.get_constant(number, kind._field_defaults[name]) for name in left_out]
 
 
 def _row_type(like: Any, number: Any) -> Any:
@@ -168,11 +177,11 @@ def _store_as(kind: Any) -> Callable[..., None]:
 
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             array, start, row, stride = arguments
-            places = _spaced(builder, start, stride, len(values))
+            entries = _entries(context, builder, values, row, target)
+            places = _spaced(builder, start, stride, len(entries))
             at = elements(context, builder, signature.args[0], array, places, target)
-            for k, given in enumerate(values):
-                value = builder.extract_value(row, k)
-                builder.store(context.cast(builder, value, given, target), at[k])
+            for entry, here in zip(entries, at, strict=True):
+                builder.store(entry, here)
             return context.get_dummy_value()
 
         return types.void(array, types.intp, values, types.intp), generate
@@ -185,7 +194,8 @@ load_single, store_single = _load_as(types.float32), _store_as(types.float32)
 store_byte = _store_as(types.uint8)
 
 
-def _store_nonzero(
+@instruction
+def store_nonzero(
     _context: Any, array: Any, start: Any, target: Any, place: Any
 ) -> tuple[Signature, Callable[..., Any]]:
     """Set ``target[place + k]`` to whether ``array[start + k]`` is not 0, k < 8."""
@@ -206,10 +216,8 @@ def _store_nonzero(
     return types.void(array, types.intp, target, types.intp), generate
 
 
-store_nonzero = instruction(_store_nonzero)
-
-
-def _store_tile(
+@instruction
+def store_tile(
     _context: Any, array: Any, start: Any, target: Any, place: Any, width: Any
 ) -> tuple[Signature, Callable[..., Any]]:
     """Write ``array[start + k * LANES + i]`` to ``target[place + i * width + k]``, i < 8, k < 4."""
@@ -244,7 +252,8 @@ def _store_tile(
     return types.void(array, types.intp, target, types.intp, types.intp), generate
 
 
-def _load_tile(
+@instruction
+def load_tile(
     _context: Any, array: Any, start: Any, place: Any, like: Any
 ) -> tuple[Signature, Callable[..., Any]]:
     """Read float32 ``start + i * len(like) + k`` to ``array[place + k * LANES + i]``, i < 8."""
@@ -269,9 +278,6 @@ def _load_tile(
 
 def _lanes(lanes: tuple[int, ...]) -> Any:
     return ir.VectorType(ir.IntType(32), len(lanes))
-
-
-store_tile, load_tile = instruction(_store_tile), instruction(_load_tile)
 
 
 @phase
@@ -337,7 +343,7 @@ def evaluate(
         y_row = load(y, i * len(state), state, 1)
         u_row = load(u, i * len(inputs), inputs, 1)
         values = function(y_row, u_row, p_row)
-        store(out, i * len(values), values, 1)
+        store(out, i * out.shape[1], values, 1)
 
 
 @scalar
@@ -349,7 +355,7 @@ def measure(
     p_row = load(p, 0, parameters, 1)
     for i in range(y.shape[0]):
         values = invariants(load(y, i * len(state), state, 1), p_row)
-        store(out, i * len(values), values, 1)
+        store(out, i * out.shape[1], values, 1)
 
 
 @scalar
