@@ -80,7 +80,9 @@ def no_more_threads_than(most: int) -> bool:
 @pytest.mark.parametrize(
     ("before", "n_rounds", "most"),
     [
-        (10, 60, 3.0),  # [MiB]; 600 environments dropped, of 0.2 MiB each
+        pytest.param(
+            10, 60, 3.0, marks=(pytest.mark.long, pytest.mark.push)
+        ),  # [MiB]; 600 environments dropped, of 0.2 MiB each
         pytest.param(10_000, 30_000, 1.0, marks=pytest.mark.long),  # about an hour
     ],
 )

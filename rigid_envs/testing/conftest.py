@@ -21,6 +21,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     """Choose the ids before any test is imported, and compile their kernels."""
     config.addinivalue_line("markers", "long: the long version of a claim, minutes to hours")
+    config.addinivalue_line("markers", "push: one of the long tests that is run at every push")
     names = config.getoption("--env-id", None)
     try:
         if names:

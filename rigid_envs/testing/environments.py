@@ -94,15 +94,28 @@ def in_full(ids: Iterable[str]) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("env_id", list(params))
 
 
+PUSH = (pytest.mark.long, pytest.mark.push)
+"""Of a long test that is run at every push."""
+
+
 def share(total: int) -> int:
     """What falls to one id of a total over all of this package, rounded up."""
     return -(-total // len(OWN))
 
 
-def counted(name: str, total: int) -> pytest.MarkDecorator:
-    """Give a test its share of a total; its long version all of it, for each id."""
-    long = pytest.param(total, id=f"{total:g} each", marks=pytest.mark.long)
-    return pytest.mark.parametrize(name, [pytest.param(share(total), id=f"{total:g} in all"), long])
+def counted(name: str, total: int, first: int = 1) -> pytest.MarkDecorator:
+    """Give a test its share of a total; its long version all of it, for each id.
+
+    Args:
+        name: Of the parameter.
+        total: Over all ids of this package.
+        first: By how much less is enough in the command of the README; the rest is for every push.
+    """
+    shares = {f"{total / first:g} in all": pytest.param(share(-(-total // first)))}
+    if first > 1:
+        shares[f"{total:g} in all"] = pytest.param(share(total), marks=PUSH)
+    shares[f"{total:g} each"] = pytest.param(total, marks=pytest.mark.long)
+    return pytest.mark.parametrize(name, [*shares.values()], ids=[*shares])
 
 
 @cache

@@ -85,6 +85,8 @@ def source(tmp_path: Path) -> Path:
     return tmp_path / "src"
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_an_edited_helper_is_compiled_anew_and_an_edited_docstring_or_comment_compiles_nothing(
     source: Path, tmp_path: Path
 ) -> None:
@@ -114,6 +116,8 @@ def test_without_a_place_to_keep_them_kernels_are_compiled_per_process(
 SMALL_FILES = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024))"
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
     done = program(f"{SMALL_FILES}\n{REPORT}", tmp_path)
     assert found(done)[:2] == (3.0, 0)

@@ -42,6 +42,8 @@ def audited(both):
     return both[0]
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize("kind", READERS)
 def test_reading_does_nothing_but_read(audited, kind):
     assert audited[kind]["found"] == {}

@@ -276,6 +276,8 @@ def can_hide():
     return done.returncode == 0 and os.geteuid() == 0
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.skipif(not can_hide(), reason="hiding libraries needs unshare, as root")
 def test_pictures_are_drawn_without_system_libraries(capsys):
     hide = "".join(f"mount --bind /dev/null {path}\n" for path in libraries())

@@ -232,6 +232,8 @@ def test_all_are_on_the_site_and_begin_with_a_title() -> None:
         assert ast.parse(text)
 
 
+@pytest.mark.long
+@pytest.mark.push
 @each
 def test_it_runs_as_a_script(name: str, tmp_path: Path) -> None:
     printed(FOLDER / f"{name}.py", cwd=tmp_path, PYTHONPATH=str(ROOT), MPLBACKEND="Agg")

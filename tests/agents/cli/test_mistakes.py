@@ -231,6 +231,8 @@ finally:
 TRAIN = "--n_envs 16 --n_steps 16 --batch_size 64 --total_timesteps 512 --quiet"
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize(
     "words",
     [

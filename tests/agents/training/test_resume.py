@@ -129,7 +129,10 @@ OTHERS = (signal.SIGINT, signal.SIGHUP)
 
 @pytest.mark.parametrize(
     "number",
-    [signal.SIGTERM, *(pytest.param(each, marks=pytest.mark.long) for each in OTHERS)],
+    [
+        pytest.param(signal.SIGTERM, marks=(pytest.mark.long, pytest.mark.push)),
+        *(pytest.param(each, marks=pytest.mark.long) for each in OTHERS),
+    ],
 )
 def test_a_signal_saves_and_exits_with_its_number(tmp_path: Path, number: signal.Signals) -> None:
     values = {**SMALL, "checkpoint_every": None}
@@ -326,7 +329,7 @@ STOPS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 @pytest.mark.parametrize(
     ("first", "second"),
     [
-        (signal.SIGINT, signal.SIGTERM),
+        pytest.param(signal.SIGINT, signal.SIGTERM, marks=(pytest.mark.long, pytest.mark.push)),
         pytest.param(signal.SIGTERM, signal.SIGHUP, marks=pytest.mark.long),
         pytest.param(signal.SIGHUP, signal.SIGINT, marks=pytest.mark.long),
     ],
