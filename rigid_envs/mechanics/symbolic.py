@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from types import CodeType, FunctionType, SimpleNamespace
+from types import CodeType, FunctionType, ModuleType, SimpleNamespace
 from typing import Any
 
 from rigid_envs.base.checks import MissingPackageError, integer, number, require
@@ -76,8 +76,6 @@ class Tracer:
     def __call__(self, function: Any) -> Any:
         """The copy of a function, compiled or not; what is no function of Python as it is."""
         plain = getattr(function, "py_func", function)
-        if function is math:
-            return SimpleNamespace(**{name: self(value) for name, value in vars(math).items()})
         if isinstance(plain, FunctionType):
             return self._found.get(function) or self._copied(function, plain)
         return self._found.get(function, function) if callable(function) else function
@@ -89,8 +87,16 @@ class Tracer:
         )
         self._found[function] = copy  # before its names are looked up: functions may be recursive
         known = {**vars(builtins), **plain.__globals__}
-        names.update({name: self(known[name]) for name in _names(plain.__code__) if name in known})
+        used = set(_names(plain.__code__))
+        names.update({name: self._copies(known[name], used) for name in used & known.keys()})
         return copy
+
+    def _copies(self, value: Any, used: set[str]) -> Any:
+        """The copy of what a name stands for; of a module those of the names that are used."""
+        if not isinstance(value, ModuleType):
+            return self(value)
+        members = vars(value)
+        return SimpleNamespace(**{name: self(members[name]) for name in used & members.keys()})
 
 
 def _names(code: CodeType) -> Iterator[str]:
