@@ -234,11 +234,12 @@ def test_a_number_that_json_does_not_have_is_damage(path: Path) -> None:
 
 
 SIZES = (1_000, 100_000, 3_000_000)
-KILLS = [(100_000, 5), *(pytest.param(size, 100, marks=pytest.mark.long) for size in SIZES)]
+KILLS = [
+    pytest.param(100_000, 5, marks=(pytest.mark.long, pytest.mark.push)),
+    *(pytest.param(size, 100, marks=pytest.mark.long) for size in SIZES),
+]
 
 
-@pytest.mark.long
-@pytest.mark.push
 @pytest.mark.parametrize(("size", "interruptions"), KILLS)
 def test_a_kill_in_the_middle_of_a_write_leaves_a_whole_file(
     tmp_path: Path, size: int, interruptions: int
