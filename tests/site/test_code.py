@@ -216,11 +216,6 @@ def test_no_object_is_documented_twice() -> None:
 
 FOLDER = ROOT / "docs" / "tutorials"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
-SHORT = {"03_make_it_yours", "06_dzhanibekov"}  # seconds; the others train, film or search
-each = pytest.mark.parametrize(
-    "name",
-    [name if name in SHORT else pytest.param(name, marks=pytest.mark.long) for name in NAMES],
-)
 
 
 def test_all_are_on_the_site_and_begin_with_a_title() -> None:
@@ -232,9 +227,8 @@ def test_all_are_on_the_site_and_begin_with_a_title() -> None:
         assert ast.parse(text)
 
 
-@pytest.mark.long
-@pytest.mark.push
-@each
+@pytest.mark.long  # at a push, the site is built of them, each cell executed
+@pytest.mark.parametrize("name", NAMES)
 def test_it_runs_as_a_script(name: str, tmp_path: Path) -> None:
     printed(FOLDER / f"{name}.py", cwd=tmp_path, PYTHONPATH=str(ROOT), MPLBACKEND="Agg")
 
