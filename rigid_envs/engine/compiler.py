@@ -9,7 +9,6 @@ import os
 import stat
 import sys
 import sysconfig
-import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -461,7 +460,7 @@ def part(function: Function, **options: bool) -> Function:
 COMPILES: bool = not _numba.config.DISABLE_JIT
 """Whether functions are compiled; with ``NUMBA_DISABLE_JIT=1`` they run as plain Python."""
 
-_SLOW = 1.0  # [s] compilations longer than this are announced
+_TIME = "1 to 6 s"  # which the least and the largest kernel take on a fast and on a slow machine
 
 
 def scalar(function: Function) -> Function:
@@ -565,23 +564,22 @@ def _no_collection() -> Iterator[None]:
 
 
 class _Announcer(event.Listener):
-    """Logs each long compilation."""
-
-    def __init__(self) -> None:
-        self._started: dict[Any, float] = {}
+    """Says which kernel is going to be compiled: on standard error where nobody reads logs."""
 
     def on_start(self, event: event.Event) -> None:
-        if event.data["dispatcher"] in _labels:
-            self._started[event.data["dispatcher"]] = time.perf_counter()
-
-    def on_end(self, event: event.Event) -> None:
         dispatcher = event.data["dispatcher"]
-        started = self._started.pop(dispatcher, None)
-        if started is None or (took := time.perf_counter() - started) < _SLOW:
+        if dispatcher not in _labels:
             return
         is_kept = isinstance(dispatcher._cache, KernelCache)
-        kept = "to be kept for the next process" if is_kept else "not kept: no cache folder"
-        _log.info("compiled %s in %.1f s (%s)", _labels[dispatcher], took, kept)
+        often = "once" if is_kept else "in every process, for want of a cache folder"
+        said = f"compiling {_labels[dispatcher]}, {often}: {_TIME}"
+        if _log.hasHandlers() or _log.level > logging.INFO:
+            _log.info(said)
+        else:
+            print(f"rigid-envs: {said}", file=sys.stderr, flush=True)
+
+    def on_end(self, event: event.Event) -> None:
+        pass
 
 
 _labels: dict[Any, str] = {}

@@ -3,6 +3,7 @@
 import dataclasses
 import difflib
 import importlib
+import logging
 import multiprocessing
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
@@ -15,6 +16,7 @@ from gymnasium.vector import AutoresetMode
 
 from rigid_envs.base.checks import ConfigError, as_array, one_of, printable, require, safe_repr
 from rigid_envs.base.settings import from_config, refusal
+from rigid_envs.engine.compiler import KernelCache
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
@@ -352,7 +354,8 @@ def compile_all(kernels: list[Kernel], jobs: int) -> Iterator[tuple[Kernel, bool
         Each kernel when it is there, and whether it was in the cache.
     """
     context = multiprocessing.get_context("spawn")  # a fork would copy locks of other threads
-    with ProcessPoolExecutor(min(jobs, len(kernels)), context) as pool:
+    quiet = logging.getLogger(KernelCache.__module__).setLevel  # the caller says how far it is
+    with ProcessPoolExecutor(min(jobs, len(kernels)), context, quiet, (logging.WARNING,)) as pool:
         waiting = {pool.submit(_compile, kernel): kernel for kernel in kernels}
         for done in as_completed(waiting):
             yield waiting[done], done.result()

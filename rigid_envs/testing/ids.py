@@ -42,7 +42,8 @@ def are_named() -> bool:
 # Kernels are compiled before tests run in parallel.
 
 _COMPILE = """
-import json, sys, gymnasium, rigid_envs
+import json, logging, sys, gymnasium, rigid_envs
+logging.getLogger("rigid_envs.engine.compiler").setLevel(logging.WARNING)
 for env_id, settings in map(json.loads, sys.argv[1:]):
     env = gymnasium.make(env_id, **settings)
     env.reset(seed=0)

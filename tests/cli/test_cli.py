@@ -274,7 +274,7 @@ def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels
 ) -> None:
     asked: list[int] = []
 
-    def pool(count: int, context: Any) -> ThreadPoolExecutor:
+    def pool(count: int, *of_processes: Any) -> ThreadPoolExecutor:
         asked.append(count)
         return ThreadPoolExecutor(count)
 
