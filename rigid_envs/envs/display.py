@@ -102,6 +102,8 @@ class Shown:
         if self.render_mode == "rgb_array":
             return pictures
         watch = importlib.import_module("rigid_envs.watch.pictures")
+        if any(self._drawn[row][2] for row in rows):  # a start alone is shown by checkers
+            watch.check_display()
         self._window = self._window or watch.Window(self._name)
         self._window.show(watch.tiled(pictures), frames_per_second(self.task))
         return None

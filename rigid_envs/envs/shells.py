@@ -180,6 +180,7 @@ class RigidEnv(Shown, gym.Env[Observation, Observation]):
             ResetNeeded: before `reset`.
             ClosedEnvironmentError: after `close`.
             DependencyNotInstalled: the extra "render" is missing.
+            ValueError: a step is to be shown in a window, and there is no display.
         """
         status = self._status
         self._refuse_without_episode("render", status == _CLOSED, status == _FRESH)
@@ -472,6 +473,7 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
             ResetNeeded: before `reset`.
             ClosedEnvironmentError: after `close`.
             DependencyNotInstalled: the extra "render" is missing.
+            ValueError: a step is to be shown in a window, and there is no display.
         """
         self._refuse_without_episode("render", self.closed, self._fresh)
         return self._pictures(self._shown_rows)

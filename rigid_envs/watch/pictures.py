@@ -133,6 +133,19 @@ def has_display() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
+def check_display() -> None:
+    """Refuse a window where nobody would see it.
+
+    Raises:
+        ValueError: no display.
+    """
+    if not has_display():
+        raise ValueError(
+            'DISPLAY = None; expected a display for the window: without one, "rgb_array" renders '
+            "pictures, `python -m agents enjoy` and `rigid-envs replay --video` write films"
+        )
+
+
 class Window:
     """A window of pygame.
 

@@ -253,6 +253,18 @@ for env in (gym.make({PARK!r}, **mode), gym.make_vec({PARK!r}, num_envs=3, **mod
 """)
 
 
+@pytest.mark.parametrize("make", [gym.make, gym.make_vec])
+def test_a_step_that_nobody_would_see_is_refused(make, monkeypatch):
+    for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("sys.platform", "linux")
+    env = make(PARK, render_mode="human", width=64, height=64)
+    env.reset(seed=0)  # Gymnasium's check of render modes does no more
+    with pytest.raises(ValueError, match=r"DISPLAY = None; expected a display for the window"):
+        env.step(env.action_space.sample())
+    env.close()
+
+
 DRAW = """
 import hashlib, gymnasium as gym, rigid_envs
 env = gym.make("RigidEnvs/BallPark-v0", render_mode="rgb_array")

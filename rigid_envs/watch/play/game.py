@@ -24,7 +24,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.drawing import Drawing, Look, drawing_of
 from rigid_envs.watch.films import figure, play_episode
-from rigid_envs.watch.pictures import Window, font, has_display, load_pygame, pillow
+from rigid_envs.watch.pictures import Window, check_display, font, load_pygame, pillow
 from rigid_envs.watch.play.steering import Hands, help_lines, keys_of
 from rigid_envs.watch.replays.recording import RecordReplay
 from rigid_envs.watch.replays.replay import PastEpisode, Replay
@@ -325,11 +325,7 @@ def play(
     checked_id(env_id)
     integer(size, "size", 240)
     pygame = load_pygame()
-    if not has_display():
-        raise ValueError(
-            "DISPLAY = None; expected a display for the window: `python -m agents enjoy` and "
-            "`rigid-envs replay --video` write films without one"
-        )
+    check_display()
     game = Game(env_id, seed, config)
     try:
         with GameWindow(game, pygame, size) as window:
