@@ -122,6 +122,7 @@ def test_python_of_a_page_runs(page: str, tmp_path: Path, monkeypatch: Patch) ->
     """A block that stands on a page of the list, too, is not run again."""
     known = {block for other in ELSEWHERE for block in blocks_of(other, "python")}
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")  # of the window that the first page opens
     names: dict[str, object] = {"__name__": "page"}
     for block in blocks_of(page, "python"):
         if block not in known:
