@@ -238,8 +238,8 @@ class Watch:
         if t == start:
             return y
         span = float(self.times[-1] - self.times[0])
-        end: Array = integrate(self.system, y, np.array([start, t]), u, self.max_step, span)[-1]
-        return end
+        ends = np.array([start, t])
+        return np.asarray(integrate(self.system, y, ends, u, self.max_step, span)[-1])
 
     def _spacing(self, y: Array, u: Input | None, now: float) -> float:
         """Time [s] in which the fastest rate turns by what is between two nodes."""

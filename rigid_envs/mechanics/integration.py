@@ -189,8 +189,7 @@ def integrate_interval(system: System, y: Array, u: Array, plan: Schedule, start
     y, u = _aligned(y, u)
     largest = np.max(np.abs(u), axis=0)
     if math.isinf(system.horizon(y, largest)):
-        end: Array = system.run(y, u, plan)[-1]
-        return end
+        return np.asarray(system.run(y, u, plan)[-1])
     h, n, n_stages = float(plan.h[0]), int(plan.n_substeps[0]), len(plan.weights)
     chunk = max(1, _CHUNK * y.shape[-1] // max(y.size, 1))
     for done in range(0, n, chunk):
@@ -380,5 +379,4 @@ def input_of(u: Input | None, k: int) -> Input | None:
     """The input of interval k: a function of time, or a row that is held."""
     if u is None or callable(u) or np.ndim(u) == 1:
         return u
-    row: Array = np.asarray(u, dtype=np.float64)[k]
-    return row
+    return np.asarray(np.asarray(u, dtype=np.float64)[k])

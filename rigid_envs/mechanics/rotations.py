@@ -12,8 +12,7 @@ _ROUNDING = 4 * np.finfo(np.float64).eps  # of a length computed in float64
 
 def norm(rows: Array) -> Array:
     """Euclidean norm along the last axis, shape (..., 1), without overflow or underflow."""
-    length: Array = np.hypot.reduce(rows, axis=-1, keepdims=True)
-    return length
+    return np.asarray(np.hypot.reduce(rows, axis=-1, keepdims=True))
 
 
 def _cross(a: Array, b: Array) -> Array:
@@ -28,8 +27,8 @@ def _cross(a: Array, b: Array) -> Array:
 def direction(rows: Array) -> Array:
     """Unit vectors rows / |rows|, of rows of any length but zero."""
     _, exponent = np.frexp(np.max(np.abs(rows), axis=-1, keepdims=True))
-    scaled: Array = np.ldexp(rows, -exponent)  # exact, and its length is representable
-    return scaled / norm(scaled)
+    scaled = np.ldexp(rows, -exponent)  # exact, and its length is representable
+    return np.asarray(scaled / norm(scaled))
 
 
 def _unit(value: ArrayLike, name: str, size: int) -> Array:
@@ -136,8 +135,7 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
     rows, vectors = _unit(q, "q", 4), array(v, "v", 3)
     w, u = rows[..., :1], rows[..., 1:]
     t: Array = 2.0 * _cross(u, vectors)
-    turned: Array = vectors + w * t + _cross(u, t)
-    return turned
+    return np.asarray(vectors + w * t + _cross(u, t))
 
 
 def rotate_inverse(q: ArrayLike, v: ArrayLike) -> Array:
@@ -208,8 +206,7 @@ def angle(q: ArrayLike) -> Array:
         ValueError: if q is not unit.
     """
     rows = _unit(q, "q", 4)
-    half: Array = np.arctan2(norm(rows[..., 1:])[..., 0], np.abs(rows[..., 0]))
-    return 2.0 * half
+    return np.asarray(2.0 * np.arctan2(norm(rows[..., 1:])[..., 0], np.abs(rows[..., 0])))
 
 
 def distance(p: ArrayLike, q: ArrayLike) -> Array:
@@ -668,8 +665,7 @@ def matrix_from_rot6d(rot6d: ArrayLike) -> Array:
 
 def _reject(v: Array, axis: Array) -> Array:
     """Return the part of v orthogonal to a unit axis."""
-    along: Array = np.sum(v * axis, axis=-1, keepdims=True)
-    return v - along * axis
+    return np.asarray(v - np.sum(v * axis, axis=-1, keepdims=True) * axis)
 
 
 def omega_body_from_euler_rates(euler: ArrayLike, rates: ArrayLike) -> Array:
@@ -794,8 +790,7 @@ def transform_tensor(R: ArrayLike, tensor: ArrayLike) -> Array:
         Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 5.2.
     """
     m = rotation_matrix(R, "R")
-    turned: Array = m @ array(tensor, "tensor", 3, 3) @ np.swapaxes(m, -1, -2)
-    return turned
+    return np.asarray(m @ array(tensor, "tensor", 3, 3) @ np.swapaxes(m, -1, -2))
 
 
 def world_rate(

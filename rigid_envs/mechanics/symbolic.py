@@ -143,14 +143,12 @@ class SymbolicModel:
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the entries of y."""
-        names: tuple[str, ...] = self.dynamics.State._fields
-        return names
+        return tuple(self.dynamics.State._fields)
 
     @property
     def inputs(self) -> tuple[str, ...]:
         """Names of the entries of u."""
-        names: tuple[str, ...] = self.dynamics.Input._fields
-        return names
+        return tuple(self.dynamics.Input._fields)
 
     @cached_property
     def rhs(self) -> Any:

@@ -140,8 +140,7 @@ def _runge_kutta(start: Array, middle: Array, end: Array, d: Array, h: float) ->
     k2 = middle @ (d + 0.5 * h * k1)
     k3 = middle @ (d + 0.5 * h * k2)
     k4 = end @ (d + h * k3)
-    moved: Array = d + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4)
-    return moved
+    return np.asarray(d + h / 6.0 * (k1 + 2.0 * (k2 + k3) + k4))
 
 
 # Checks of moments and inertia ratios: those that a distribution of mass can have.

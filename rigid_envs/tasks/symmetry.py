@@ -71,13 +71,15 @@ def signs(rng: np.random.Generator, n: int) -> Array:
 
 # Changes of rows of numbers by their names: vectors turned, components reversed, attitudes.
 
-Quaternions = tuple[Array, Array, Array, Array]
+Quaternions = Iterable[Array]
 """Components w, x, y, z, each of shape (N,)."""
+Pairs = Iterable[tuple[str, str]]
+"""Names of the components of horizontal vectors."""
 
 _PREFIXES = ("", "goal_", "reference_")
 
 
-def turned(row: Any, pairs: Iterable[tuple[str, str]], angle: Array) -> Any:
+def turned(row: Any, pairs: Pairs, angle: Array) -> Any:
     """A row with those of its vectors turned that are among the pairs of names."""
     c, s = np.cos(angle), np.sin(angle)
     new: dict[str, Array] = {}
@@ -100,7 +102,7 @@ def where_still(parameters: Mapping[str, Array], sign: Array) -> Array:
     return np.where(np.asarray(parameters.get("turntable_rate", 0.0)) == 0.0, sign, 1.0)
 
 
-def product(p: Quaternions, q: Quaternions) -> Quaternions:
+def product(p: Quaternions, q: Quaternions) -> tuple[Array, Array, Array, Array]:
     """Product p q of quaternions."""
     a, b, c, d = p
     w, x, y, z = q
@@ -112,7 +114,7 @@ def product(p: Quaternions, q: Quaternions) -> Quaternions:
     )
 
 
-def about_z(angle: Array) -> Quaternions:
+def about_z(angle: Array) -> tuple[Array, Array, Array, Array]:
     """Turns about the z-axis."""
     zero = np.zeros_like(angle)
     return np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle)
@@ -120,8 +122,7 @@ def about_z(angle: Array) -> Quaternions:
 
 def attitude(row: Any, prefix: str = "") -> Quaternions:
     """The attitude in a row, under names with a prefix."""
-    w, x, y, z = (getattr(row, prefix + name) for name in "wxyz")
-    return w, x, y, z
+    return [getattr(row, prefix + name) for name in "wxyz"]
 
 
 def attitudes(row: Any, left: Quaternions | None = None, right: Quaternions | None = None) -> Any:
@@ -134,3 +135,40 @@ def attitudes(row: Any, left: Quaternions | None = None, right: Quaternions | No
             q = q if right is None else product(q, right)
             new |= {prefix + name: part for name, part in zip("wxyz", q, strict=True)}
     return row._replace(**new) if new else row
+
+
+# Symmetries that several systems have.
+
+
+def everywhere(point: Point, change: Callable[[Any], Any]) -> Point:
+    """A point with the same change of state, auxiliary state and action."""
+    aux = change(point.aux) if point.aux else point.aux
+    return point._replace(y=change(point.y), aux=aux, action=change(point.action))
+
+
+def turn_of_space(pairs: Pairs) -> Callable[[Point, Array], Point]:
+    """R -> S R with the turn S about the vertical, by which vectors in world axes are turned."""
+    return lambda point, angle: everywhere(
+        point, lambda row: attitudes(turned(row, pairs, angle), left=about_z(angle))
+    )
+
+
+def turn_of_body(pairs: Pairs) -> Callable[[Point, Array], Point]:
+    """R -> R S^-1 with the turn S about e3, by which vectors are turned in axes turned back."""
+    return lambda point, angle: everywhere(
+        point, lambda row: attitudes(turned(row, pairs, angle), right=about_z(-angle))
+    )
+
+
+POSITIONS = (("X", "Y"), ("goal_X", "goal_Y"), ("reference_X", "reference_Y"))
+
+
+def _move(point: Point, offset: Array) -> Point:
+    def change(row: Any) -> Any:
+        places = [(a, k) for pair in POSITIONS for k, a in enumerate(pair) if a in row._fields]
+        return row._replace(**{name: getattr(row, name) + offset[:, k] for name, k in places})
+
+    return everywhere(point, change)
+
+
+TRANSLATION = Symmetry("translation in the plane", _move, offsets)

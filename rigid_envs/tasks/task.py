@@ -233,14 +233,12 @@ class Task(WithinEnvelope, Settings, abc.ABC):
     @property
     def terms(self) -> tuple[str, ...]:
         """Names of the reward terms."""
-        names: tuple[str, ...] = self.episode.Terms._fields
-        return names
+        return tuple(self.episode.Terms._fields)
 
     @property
     def aux_names(self) -> tuple[str, ...]:
         """Names of the auxiliary state, which the task keeps from step to step."""
-        names: tuple[str, ...] = self.episode.Auxiliary._fields
-        return names
+        return tuple(self.episode.Auxiliary._fields)
 
     @property
     def n_goal(self) -> int:

@@ -138,16 +138,14 @@ def principal_axes(inertia: Array) -> PrincipalAxes:
 
 def _projector(orthonormal: Array) -> Array:
     """Return the projection on the span of these columns: it does not depend on their choice."""
-    onto: Array = orthonormal @ orthonormal.T
-    return onto
+    return np.asarray(orthonormal @ orthonormal.T)
 
 
 def _nearest_to_a_coordinate_axis(projector: Array) -> Array:
     """Return the projected unit vector that is nearest to an axis of ours, the first if several."""
     lengths = np.linalg.norm(projector, axis=0)
     nearest = projector[:, np.argmax(lengths >= lengths.max() * (1.0 - TOLERANCE))]
-    unit: Array = nearest / np.linalg.norm(nearest)
-    return unit
+    return np.asarray(nearest / np.linalg.norm(nearest))
 
 
 def inertia_ellipsoid(principal: PrincipalAxes) -> InertiaEllipsoid:
@@ -264,8 +262,7 @@ class Body:
         """
         n = _unit(direction)
         arm = np.cross(n, self.com - array(point, "point", 3))
-        moment: Array = _contract(n, self.inertia, n) + self.mass * np.sum(arm**2, axis=-1)
-        return moment
+        return np.asarray(_contract(n, self.inertia, n) + self.mass * np.sum(arm**2, axis=-1))
 
     def rotated(self, attitude: ArrayLike) -> Body:
         """Turn the body about the origin of its construction axes: R I R^T, R com.
@@ -304,8 +301,7 @@ class Body:
         Returns:
             L in construction axes [N m s], (..., 3).
         """
-        momentum: Array = array(omega_body, "omega_body", 3) @ self.inertia
-        return momentum
+        return np.asarray(array(omega_body, "omega_body", 3) @ self.inertia)
 
     def kinetic_energy(self, omega_body: ArrayLike) -> Array:
         """Return the energy of the rotation about the centre of mass, omega . I omega / 2.
@@ -436,8 +432,7 @@ def point_masses(masses: ArrayLike, positions: ArrayLike) -> Body:
 
 def inertia_of(second_moments: Array) -> Array:
     """Return the inertia tensor tr(C) 1 - C of C = sum m r r^T."""
-    tensor: Array = np.trace(second_moments) * np.eye(3) - second_moments
-    return tensor
+    return np.asarray(np.trace(second_moments) * np.eye(3) - second_moments)
 
 
 def tetrahedron(mass: float, vertices: ArrayLike) -> Body:

@@ -60,16 +60,14 @@ def from_mesh(vertices: ArrayLike, faces: ArrayLike, density: float) -> Body:
 def _volumes(corners: Array) -> Array:
     """Return the signed volumes of the tetrahedra between the origin and triangles (k, 3, 3)."""
     a, b, c = np.moveaxis(corners, 1, 0)
-    sixfold: Array = np.sum(a * np.cross(b, c), axis=-1)
-    return sixfold / 6.0
+    return np.asarray(np.sum(a * np.cross(b, c), axis=-1) / 6.0)
 
 
 def _second_moments(corners: Array) -> Array:
     """Return the integral of r r^T over the polyhedron of these triangles, (3, 3)."""
     points = np.concatenate([corners, corners.sum(axis=1, keepdims=True)], axis=1)
     weights = _volumes(corners)[:, None, None] / 20.0
-    integral: Array = np.einsum("kpi,kpj->ij", weights * points, points)
-    return integral
+    return np.asarray(np.einsum("kpi,kpj->ij", weights * points, points))
 
 
 def _triangles(faces: ArrayLike, n: int) -> Faces:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.tasks.symmetry import Point, Symmetry, reversed_in, signs, where_still
+from rigid_envs.tasks.symmetry import Point, Symmetry, everywhere, reversed_in, signs, where_still
 
 # with the sign of X, and with that of Y; what is about the normal has both
 _ALONG_X = ("X", "VX", "point_X", "y", "alpha_y", "rate_y", "z", "spin")
@@ -23,7 +23,7 @@ def _reverse(point: Point, along_x: Array, along_y: Array) -> Point:
     def change(row: Any) -> Any:
         return reversed_in(reversed_in(row, _ALONG_X, along_x), _ALONG_Y, along_y)
 
-    return Point(change(point.y), change(point.aux), point.parameters, change(point.action))
+    return everywhere(point, change)
 
 
 def _half_turn(point: Point, sign: Array) -> Point:

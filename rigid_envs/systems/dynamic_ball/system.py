@@ -178,5 +178,4 @@ def _plate_rate(y: Rows) -> Rows:
 
 def _to_world(y: Rows, v: Rows) -> Rows:
     """World components of a vector in plate axes."""
-    rotated: Rows = np.einsum("...ij,...j->...i", _plate(y), v)
-    return rotated
+    return np.asarray(np.einsum("...ij,...j->...i", _plate(y), v))

@@ -1,7 +1,7 @@
 """Symmetries of balls on a plane and on a grid."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -13,9 +13,8 @@ from rigid_envs.tasks import symmetry
 # A task's goal or reference is in its auxiliary state, under the names of the ball's pose with a
 # prefix. It moves with the ball.
 
-_POSITIONS = (("X", "Y"), ("goal_X", "goal_Y"), ("reference_X", "reference_Y"))
 _PATH = (("heading_X", "heading_Y"), ("force_X", "force_Y"))
-_VECTORS = (*_POSITIONS, *_PATH, ("VX", "VY"), ("FX", "FY"))
+_VECTORS = (*symmetry.POSITIONS, *_PATH, ("VX", "VY"), ("FX", "FY"))
 _AXES = (("x", "y"), ("goal_x", "goal_y"), ("reference_x", "reference_y"))  # of attitudes
 # the mirror y = 0: of polar vectors it reverses y, of axial ones x and z
 _REVERSED = (
@@ -26,42 +25,25 @@ _REVERSED = (
 )
 
 
-def _everywhere(point: symmetry.Point, change: Callable[[Any], Any]) -> symmetry.Point:
-    aux = change(point.aux) if point.aux else ()
-    return point._replace(y=change(point.y), aux=aux, action=change(point.action))
-
-
 def _turn(point: symmetry.Point, angle: Array) -> symmetry.Point:
     # R -> S R S^-1: the axis of the rotation turns like a vector, its angle stays
-    return _everywhere(point, lambda row: symmetry.turned(row, (*_VECTORS, *_AXES), angle))
+    return symmetry.everywhere(point, lambda row: symmetry.turned(row, (*_VECTORS, *_AXES), angle))
 
 
 def _reflect(point: symmetry.Point, sign: Array) -> symmetry.Point:
     sign = symmetry.where_still(point.parameters, sign)
-    return _everywhere(point, lambda row: symmetry.reversed_in(row, _REVERSED, sign))
-
-
-def _move(point: symmetry.Point, offset: Array) -> symmetry.Point:
-    def change(row: Any) -> Any:
-        places = [(a, k) for pair in _POSITIONS for k, a in enumerate(pair) if a in row._fields]
-        return row._replace(**{name: getattr(row, name) + offset[:, k] for name, k in places})
-
-    return point._replace(y=change(point.y), aux=change(point.aux))
+    return symmetry.everywhere(point, lambda row: symmetry.reversed_in(row, _REVERSED, sign))
 
 
 def _choose_axes(point: symmetry.Point, q: Array) -> symmetry.Point:
     # R -> R P with the same P for the ball and its goal
-    P = (q[:, 0], q[:, 1], q[:, 2], q[:, 3])
-    return point._replace(
-        y=symmetry.attitudes(point.y, right=P), aux=symmetry.attitudes(point.aux, right=P)
-    )
+    return symmetry.everywhere(point, lambda row: symmetry.attitudes(row, right=q.T))
 
 
 TURN = symmetry.Symmetry("turn about the vertical through the origin", _turn, symmetry.angles)
 REFLECTION = symmetry.Symmetry(
     "reflection in a vertical plane through the origin", _reflect, symmetry.signs
 )
-TRANSLATION = symmetry.Symmetry("translation in the plane", _move, symmetry.offsets)
 BODY_AXES = symmetry.Symmetry("choice of the body axes", _choose_axes, symmetry.rotations)
 
 

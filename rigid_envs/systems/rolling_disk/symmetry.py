@@ -8,26 +8,6 @@ from rigid_envs.tasks import symmetry
 _NAMES = ("w", "x", "y", "z")
 
 
-def _translate(point: symmetry.Point, offset: Array) -> symmetry.Point:
-    y = point.y
-    return point._replace(y=y._replace(X=y.X + offset[:, 0], Y=y.Y + offset[:, 1]))
-
-
-def _turn(point: symmetry.Point, angle: Array) -> symmetry.Point:
-    y = symmetry.attitudes(
-        symmetry.turned(point.y, (("X", "Y"),), angle), left=symmetry.about_z(angle)
-    )
-    return point._replace(y=y)
-
-
-def _turn_in_itself(point: symmetry.Point, angle: Array) -> symmetry.Point:
-    # R -> R Rz(angle): omega in body axes turns back
-    y = symmetry.attitudes(
-        symmetry.turned(point.y, (("omega1", "omega2"),), -angle), right=symmetry.about_z(angle)
-    )
-    return point._replace(y=y)
-
-
 def _reflect(point: symmetry.Point, sign: Array) -> symmetry.Point:
     # R -> S R B with S the reflection y -> -y and B that of the disk in its own plane; omega is
     # axial, so that its components along e1 and e2 are reversed. S R S has the quaternion
@@ -54,10 +34,13 @@ def _lean_reversed(point: symmetry.Point, new: dict[str, Array], sign: Array) ->
     return point._replace(y=y, aux=aux, action=action._replace(tau_lean=sign * action.tau_lean))
 
 
-TRANSLATION = symmetry.Symmetry("translation in the plane", _translate, symmetry.offsets)
-TURN = symmetry.Symmetry("turn about the vertical", _turn, symmetry.angles)
+TURN = symmetry.Symmetry(
+    "turn about the vertical", symmetry.turn_of_space([("X", "Y")]), symmetry.angles
+)
 PHASE = symmetry.Symmetry(
-    "turn of the marks on the disk about its axis", _turn_in_itself, symmetry.angles
+    "turn of the marks on the disk about its axis",
+    symmetry.turn_of_body([("omega1", "omega2")]),
+    symmetry.angles,
 )
 REFLECTION = symmetry.Symmetry("reflection in a vertical plane", _reflect, symmetry.signs)
 EXCHANGE = symmetry.Symmetry("exchange of the two faces of the disk", _exchange, symmetry.signs)

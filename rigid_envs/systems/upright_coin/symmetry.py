@@ -7,7 +7,7 @@ with a = (phi + psi) / 2 and b = (phi - psi) / 2.
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.tasks.symmetry import Point, Symmetry, reversed_in, signs
+from rigid_envs.tasks.symmetry import Point, Symmetry, everywhere, reversed_in, signs
 
 
 def _reflect_aside(point: Point, sign: Array) -> Point:
@@ -27,9 +27,7 @@ def _reflect_aside(point: Point, sign: Array) -> Point:
 def _reflect_ahead(point: Point, sign: Array) -> Point:
     # phi -> -phi and psi -> -psi: a and b are reversed
     names = ("y", "z", "X", "steer_rate", "roll_rate")
-    return point._replace(
-        y=reversed_in(point.y, names, sign), action=reversed_in(point.action, names, sign)
-    )
+    return everywhere(point, lambda row: reversed_in(row, names, sign))
 
 
 ALONG = Symmetry("reflection in the plane of the coin at the goal", _reflect_aside, signs)

@@ -20,7 +20,7 @@ from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import cbrt, fma, select, sincos
 from rigid_envs.engine.episode import Episode, clip_to_disk, single
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parameters, State
-from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TRANSLATION, TURN
+from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TURN
 from rigid_envs.systems.rolling_ball.tasks.ball_park import (
     FAR,
     OFFSET,
@@ -34,6 +34,7 @@ from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, ac
 from rigid_envs.tasks.fields import Entry, span
 from rigid_envs.tasks.parts import single_matrix
 from rigid_envs.tasks.reduction import Reduction, turned_back
+from rigid_envs.tasks.symmetry import TRANSLATION
 from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
 
 # Reduced coordinates of `BallParkGoal`: the pose relative to the goal, and rest at the goal.

@@ -14,10 +14,11 @@ from rigid_envs.engine.elementary import fma, select, sincos
 from rigid_envs.engine.episode import Episode, clip_to_disk, single
 from rigid_envs.systems.rolling_ball import dynamics as rolling_ball
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parameters, State
-from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TRANSLATION, TURN
+from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TURN
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
 from rigid_envs.tasks.fields import Entry, Range, physical
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, polar_seen, turn
+from rigid_envs.tasks.symmetry import TRANSLATION
 from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
 
 # Reduced coordinates of `BallSteer`: the error in the frame of the reference's path.

@@ -14,11 +14,12 @@ from rigid_envs.engine.elementary import atan2, fma, log, select, sincos
 from rigid_envs.engine.episode import Episode, clip_to_interval
 from rigid_envs.systems.rolling_disk import dynamics as rolling_disk
 from rigid_envs.systems.rolling_disk.dynamics import ROLLING_DISK, Input, Parameters, State
-from rigid_envs.systems.rolling_disk.symmetry import EXCHANGE, PHASE, REFLECTION, TRANSLATION, TURN
+from rigid_envs.systems.rolling_disk.symmetry import EXCHANGE, PHASE, REFLECTION, TURN
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.tasks.fields import Entry, Range, physical, span
 from rigid_envs.tasks.parts import held_for
 from rigid_envs.tasks.reduction import Reduction, Side, turn_one
+from rigid_envs.tasks.symmetry import TRANSLATION
 from rigid_envs.tasks.task import AuxiliaryRanges, Rolling
 
 # Common functions of the rolling-disk tasks: rolling variables and bounds on rates.
