@@ -5,7 +5,7 @@ import math
 import sys
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from typing import Any
+from typing import Annotated, Any, get_origin, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -283,6 +283,21 @@ def positive_fields(owner: object, **units: str) -> None:
     """
     for name, unit in units.items():
         positive(getattr(owner, name), name, unit)
+
+
+class CheckedFields:
+    """Base of dataclasses that checks every field like ``Annotated[float, positive, "N m"]``."""
+
+    def __post_init__(self) -> None:
+        """Check every field that says how.
+
+        Raises:
+            ValueError: the first that its check refuses, by name.
+        """
+        for name, hint in get_type_hints(type(self), include_extras=True).items():
+            if get_origin(hint) is Annotated:
+                check, *more = hint.__metadata__
+                check(getattr(self, name), name, *more)
 
 
 def one_of(value: Any, known: Collection[str], name: str) -> str:

@@ -2,15 +2,15 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, Integers, array, positive_fields, require
+from rigid_envs.base.checks import Array, CheckedFields, Integers, array, positive, require
 from rigid_envs.control import linear
 from rigid_envs.control.predictive import Symbols, size
-from rigid_envs.mechanics.symbolic import SymbolicModel, casadi
+from rigid_envs.mechanics.symbolic import casadi
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
 
 # Holding a ball on a point of a table that is tilted: the linear-quadratic regulator.
@@ -20,7 +20,7 @@ _SMALL = 1e-3  # weight of what is not the offset: m^2 per (m/s)^2, rad^2 and (r
 
 
 @dataclass(frozen=True)
-class PlateRegulator:
+class PlateRegulator(CheckedFields):
     """Leads a ball to a point and holds it there, by the rates of the two angles of the table.
 
     About rest on the level table, in x = (offset, velocity, tilt, tilt rates), the motion over a
@@ -52,14 +52,10 @@ class PlateRegulator:
     """
 
     ball: DynamicBall
-    tilt_rate: float
-    dt: float
-    input_weight: float = 1.0
-    farthest: float = 1.0
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        positive_fields(self, tilt_rate="rad/s", dt="s", input_weight="m^2 s^2", farthest="m")
+    tilt_rate: Annotated[float, positive, "rad/s"]
+    dt: Annotated[float, positive, "s"]
+    input_weight: Annotated[float, positive, "m^2 s^2"] = 1.0
+    farthest: Annotated[float, positive, "m"] = 1.0
 
     def __call__(self, y: npt.ArrayLike, point: npt.ArrayLike) -> Array:
         """Rates to command, as parts of the largest.
@@ -135,7 +131,7 @@ class PushPlan:
 
 
 @dataclass(frozen=True)
-class PushAlong:
+class PushAlong(CheckedFields):
     """Pushes a ball along straight rolls, from rest to rest along each, and keeps it to that.
 
     On a level plate ``m (1 + beta) v' = F``. A roll of length L takes 2 n periods dt, half of them
@@ -166,14 +162,14 @@ class PushAlong:
     """
 
     ball: DynamicBall
-    force: float
-    dt: float
-    share: float = 0.98
-    rate: float = 2.0
+    force: Annotated[float, positive, "N"]
+    dt: Annotated[float, positive, "s"]
+    share: Annotated[float, positive, "1"] = 0.98
+    rate: Annotated[float, positive, "1/s"] = 2.0
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        positive_fields(self, force="N", dt="s", share="1", rate="1/s")
+        super().__post_init__()
         require(self.share <= 1.0, self.share, "share", "a part of the force, at most 1")
         table = self.ball.turntable_rate
         expected = "0: on a turntable a ball is not turned by its path alone"
@@ -247,7 +243,7 @@ class PushAlong:
 
 
 @dataclass(frozen=True)
-class HeldBall:
+class HeldBall(CheckedFields):
     """Holding a ball on a point of a table, by the rates of the two angles of the table.
 
     Coordinates x: the state without the attitude of the ball. The goal is the point (X, Y). The
@@ -266,15 +262,11 @@ class HeldBall:
     """
 
     ball: DynamicBall
-    tilt_rate: float
-    tilt_limit: float
-    dt: float
+    tilt_rate: Annotated[float, positive, "rad/s"]
+    tilt_limit: Annotated[float, positive, "rad"]
+    dt: Annotated[float, positive, "s"]
 
     sizes: ClassVar[tuple[int, int, int]] = (9, 2, 2)
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        positive_fields(self, tilt_rate="rad/s", tilt_limit="rad", dt="s")
 
     def coordinates(self, y: npt.ArrayLike) -> Array:
         """Of states y."""
@@ -284,7 +276,7 @@ class HeldBall:
         """Coordinates after a time h [s]; they do not depend on the attitude."""
         ca = casadi()
         y, change = ca.vertcat(1.0, 0.0, 0.0, 0.0, x), (self.tilt_rate * a - x[7:]) / h
-        return self._model.step(h)(y, ca.vertcat(0.0, 0.0, change))[4:]
+        return self.ball.symbolic().step(h)(y, ca.vertcat(0.0, 0.0, change))[4:]
 
     def cost(self, x: Symbols, a: Symbols, goal: Symbols) -> Symbols:
         """Distance from the point, and rates of the table."""
@@ -294,7 +286,3 @@ class HeldBall:
         """Angles at which the table stops in the next period."""
         stops = x[5:7] + 0.5 * self.dt * x[7:]
         return casadi().vertcat(stops - self.tilt_limit, -stops - self.tilt_limit)
-
-    @cached_property
-    def _model(self) -> SymbolicModel:
-        return self.ball.symbolic()

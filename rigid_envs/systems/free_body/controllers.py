@@ -4,7 +4,7 @@ import abc
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -13,7 +13,7 @@ from rigid_envs.base import checks
 from rigid_envs.control.linear import Regulator, clip_to_ball, clip_to_box, lqr, zero_order_hold
 from rigid_envs.control.predictive import Symbols, size
 from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.symbolic import SymbolicModel, casadi
+from rigid_envs.mechanics.symbolic import casadi
 from rigid_envs.systems.free_body.saddle import Shape, saddle_shape
 from rigid_envs.systems.free_body.system import FreeBody
 
@@ -21,7 +21,7 @@ from rigid_envs.systems.free_body.system import FreeBody
 
 
 @dataclass(frozen=True)
-class SpinController:
+class SpinController(checks.CheckedFields):
     """Base of the controllers for a spin about the intermediate axis.
 
     Attributes:
@@ -34,14 +34,14 @@ class SpinController:
     """
 
     body: FreeBody
-    rate: float
-    torque: float
+    rate: Annotated[float, checks.positive, "rad/s"]
+    torque: Annotated[float, checks.positive, "N m"]
 
     def __post_init__(self) -> None:
         """Check the order of the moments, the rate and the torque."""
+        super().__post_init__()
         ordered = self.body.I1 < self.body.I2 < self.body.I3
         checks.require(ordered, self.body, "body", "I1 < I2 < I3: e2 is the intermediate axis")
-        checks.positive_fields(self, rate="rad/s", torque="N m")
 
     def inputs(self, action: npt.ArrayLike) -> checks.Array:
         """Input u of `FreeBody` [N m], shape (..., 3), of actions."""
@@ -86,13 +86,8 @@ class SpinRegulator(SpinController):
     Source: Anderson & Moore, *Optimal Control: Linear Quadratic Methods*, section 3.3.
     """
 
-    dt: float
-    input_weight: float = 0.03
-
-    def __post_init__(self) -> None:
-        """Check the control period and the weight too."""
-        super().__post_init__()
-        checks.positive_fields(self, dt="s", input_weight="rad^2/s^2 / (N m)^2")
+    dt: Annotated[float, checks.positive, "s"]
+    input_weight: Annotated[float, checks.positive, "rad^2/s^2 / (N m)^2"] = 0.03
 
     def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7)."""
@@ -171,15 +166,14 @@ class SeparatrixSteering(SpinController):
     of what the free motion keeps.
     """
 
-    dt: float
+    dt: Annotated[float, checks.positive, "s"]
     axes: tuple[bool, bool, bool] = (True, True, True)
-    gain: float = 7.5
-    input_weight: float = 0.3
+    gain: Annotated[float, checks.positive, "1"] = 7.5
+    input_weight: Annotated[float, checks.positive, "rad^2/s^2 / (N m)^2"] = 0.3
 
     def __post_init__(self) -> None:
         """Check the numbers and the actuators too."""
         super().__post_init__()
-        checks.positive_fields(self, dt="s", gain="1", input_weight="rad^2/s^2 / (N m)^2")
         expected = "an actuator about e1 or e3: torque about e2 alone keeps 2 T I2 - L^2"
         checks.require(self.axes[0] or self.axes[2], self.axes, "axes", expected)
 
@@ -294,13 +288,9 @@ class SingleTorque(SpinController):
     Source: Bloch & Marsden 1990, doi:10.1016/0167-6911(90)90055-Y.
     """
 
-    strength: float = 3.0
-    damping: float = 5.0 / 3.0
-
-    def __post_init__(self) -> None:
-        """Check the gains too; a controller that is too weak may be made, to see it fail."""
-        super().__post_init__()
-        checks.positive_fields(self, strength="1", damping="1")
+    # a controller that is too weak may be made, to see it fail
+    strength: Annotated[float, checks.positive, "1"] = 3.0
+    damping: Annotated[float, checks.positive, "1"] = 5.0 / 3.0
 
     def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 1), of states y, shape (..., 7)."""
@@ -388,12 +378,11 @@ class EnergyCasimir(SpinController):
     """
 
     strength: float = 3.0
-    damping: float = 3.0
+    damping: Annotated[float, checks.positive, "1"] = 3.0
 
     def __post_init__(self) -> None:
         """Check the gains too."""
         super().__post_init__()
-        checks.positive(self.damping, "damping", "1")
         strong = checks.number(self.strength, "strength", "1") > 1.0
         checks.require(strong, self.strength, "strength", "more than 1, the threshold")
 
@@ -513,13 +502,12 @@ class TimedFlip(SpinController):
     arXiv:1606.08237.
     """
 
-    margin: float = 0.03
+    margin: Annotated[float, checks.positive, "1"] = 0.03
     gain: float = 1.5
 
     def __post_init__(self) -> None:
         """Check the margin and the gain too."""
         super().__post_init__()
-        checks.positive(self.margin, "margin", "1")
         I1, I2, I3 = self.body.moments
         _check_gain(self.gain, 0.5 * math.sqrt(I2 / I1) * (I3 - I1) / math.sqrt(I1 * I3))
 
@@ -562,7 +550,7 @@ def _check_gain(gain: float, least: float) -> None:
 
 
 @dataclass(frozen=True)
-class ImpulseController(abc.ABC):
+class ImpulseController(checks.CheckedFields, abc.ABC):
     """A controller for impulses on a body that drifts freely between them.
 
     The drift turns the angular momentum L in the body and keeps its size |L|. No impulse takes more
@@ -577,11 +565,7 @@ class ImpulseController(abc.ABC):
     """
 
     body: FreeBody
-    impulse: float
-
-    def __post_init__(self) -> None:
-        """Check the impulse."""
-        checks.positive(self.impulse, "impulse", "N m s")
+    impulse: Annotated[float, checks.positive, "N m s"]
 
     @abc.abstractmethod
     def __call__(self, y: npt.ArrayLike) -> checks.Array:
@@ -626,15 +610,8 @@ class MomentumRegulator(ImpulseController):
     Source: Bertsekas, *Dynamic Programming and Optimal Control*, volume I, section 4.1.
     """
 
-    weight_momentum: float
-    weight_impulse: float
-
-    def __post_init__(self) -> None:
-        """Check the weights too."""
-        super().__post_init__()
-        checks.positive_fields(
-            self, weight_momentum="1 / (N m s)^2", weight_impulse="1 / (N m s)^2"
-        )
+    weight_momentum: Annotated[float, checks.positive, "1 / (N m s)^2"]
+    weight_impulse: Annotated[float, checks.positive, "1 / (N m s)^2"]
 
     def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, impulses over the largest, shape (..., 3), of states y, shape (..., 7)."""
@@ -689,7 +666,7 @@ class MomentumBrake(ImpulseController):
 
 
 @dataclass(frozen=True)
-class QuaternionPD:
+class QuaternionPD(checks.CheckedFields):
     """Turns a body to an attitude by the smaller angle: tau = -I (2 k vec(e) + c omega).
 
     e = goal^-1 q is the error with the sign that makes its w >= 0. Both signs are one attitude;
@@ -720,12 +697,8 @@ class QuaternionPD:
     """
 
     body: FreeBody
-    torque: float
-    stiffness: float = 6.0
-
-    def __post_init__(self) -> None:
-        """Check the torque and the stiffness."""
-        checks.positive_fields(self, torque="N m", stiffness="1")
+    torque: Annotated[float, checks.positive, "N m"]
+    stiffness: Annotated[float, checks.positive, "1"] = 6.0
 
     def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 3).
@@ -840,14 +813,9 @@ class HeldSpin(SpinController):
         ValueError: moments in another order, or numbers that are not positive.
     """
 
-    weight: float = 1.0
+    weight: Annotated[float, checks.positive, "N m / (rad/s)^2"] = 1.0
 
     sizes: ClassVar[tuple[int, int, int]] = (3, 3, 0)
-
-    def __post_init__(self) -> None:
-        """Check the weight too."""
-        super().__post_init__()
-        checks.positive(self.weight, "weight", "N m / (rad/s)^2")
 
     def coordinates(self, y: npt.ArrayLike) -> checks.Array:
         """Angular velocity of states y."""
@@ -856,7 +824,7 @@ class HeldSpin(SpinController):
     def step(self, x: Symbols, a: Symbols, h: float) -> Symbols:
         """Angular velocity after a time h [s]; it does not depend on the attitude."""
         y = casadi().vertcat(1.0, 0.0, 0.0, 0.0, x)
-        return self._model.step(h)(y, self.torque * a)[4:]
+        return self.body.symbolic().step(h)(y, self.torque * a)[4:]
 
     def cost(self, x: Symbols, a: Symbols, goal: Symbols) -> Symbols:
         """Torque and deviation."""
@@ -866,7 +834,3 @@ class HeldSpin(SpinController):
     def limits(self, x: Symbols, a: Symbols) -> Symbols:
         """None but those of the actions."""
         return casadi().SX(0, 1)
-
-    @cached_property
-    def _model(self) -> SymbolicModel:
-        return self.body.symbolic()

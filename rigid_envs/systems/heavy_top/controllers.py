@@ -4,16 +4,16 @@ import abc
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, positive_array, positive_fields, require
+from rigid_envs.base.checks import Array, CheckedFields, positive, positive_array, require
 from rigid_envs.control import linear
 from rigid_envs.control.predictive import Symbols, size
 from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.symbolic import SymbolicModel, casadi
+from rigid_envs.mechanics.symbolic import casadi
 from rigid_envs.systems.heavy_top.closed_forms import steady_precession
 from rigid_envs.systems.heavy_top.system import HeavyTop
 
@@ -42,7 +42,7 @@ def axis_of(y: npt.ArrayLike) -> Complex:
 
 
 @dataclass(frozen=True)
-class TopBalance(abc.ABC):
+class TopBalance(CheckedFields, abc.ABC):
     """Keeps a symmetric top upright by linear feedback of `axis_of`, scheduled on its spin.
 
     Attributes:
@@ -55,8 +55,8 @@ class TopBalance(abc.ABC):
     """
 
     top: HeavyTop
-    limit: float
-    dt: float
+    limit: Annotated[float, positive, "N m or m/s^2"]
+    dt: Annotated[float, positive, "s"]
 
     _n: ClassVar[int]
     """How many entries of `axis_of` are fed back."""
@@ -67,10 +67,10 @@ class TopBalance(abc.ABC):
 
     def __post_init__(self) -> None:
         """Check the symmetry of the top and the numbers."""
+        super().__post_init__()
         require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
         weighs = self.top.critical_spin > 0.0
         require(weighs, self.top, "top", "a top that can fall, g and ell above 0")
-        positive_fields(self, limit="N m or m/s^2", dt="s")
 
     @abc.abstractmethod
     def model(self, spin: float) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
@@ -210,7 +210,7 @@ def vertical_of(y: npt.ArrayLike) -> Array:
 
 
 @dataclass(frozen=True)
-class AsymmetricBalance:
+class AsymmetricBalance(CheckedFields):
     """Keeps a top of any three moments upright, at whatever rate it turns about e3.
 
     Near upright, with the vertical G = R^T e_z and x = (G1, G2, omega1, omega2),
@@ -243,13 +243,9 @@ class AsymmetricBalance:
     """
 
     top: HeavyTop
-    torque: float
-    dt: float
-    fastest: float
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        positive_fields(self, torque="N m", dt="s", fastest="rad/s")
+    torque: Annotated[float, positive, "N m"]
+    dt: Annotated[float, positive, "s"]
+    fastest: Annotated[float, positive, "rad/s"]
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, in [-1, 1], shape (..., 3), of states (..., 11)."""
@@ -316,7 +312,7 @@ def nutation_of(y: npt.ArrayLike) -> Array:
 
 
 @dataclass(frozen=True)
-class PrecessionRegulator:
+class PrecessionRegulator(CheckedFields):
     """Leads a symmetric top into steady precession at a tilt, by torque about e1 and e2.
 
     Steady precession at the tilt theta and the rate f, a root of ``I1 cos(theta) f^2 - I3 omega3 f
@@ -351,16 +347,16 @@ class PrecessionRegulator:
     """
 
     top: HeavyTop
-    torque: float
-    dt: float
+    torque: Annotated[float, positive, "N m"]
+    dt: Annotated[float, positive, "s"]
     tilts: tuple[float, float]
     spins: tuple[float, float]
     branch: str = "slow"
 
     def __post_init__(self) -> None:
         """Check everything, and that there is a steady precession at the slowest spin."""
+        super().__post_init__()
         require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
-        positive_fields(self, torque="N m", dt="s")
         require(self.branch in _BRANCHES, self.branch, "branch", f"one of {_BRANCHES}")
         low, high = positive_array(self.tilts, "tilts", "rad", 2)
         require(low < high < np.pi, self.tilts, "tilts", "0 < least < largest < pi [rad]")
@@ -440,7 +436,7 @@ def _upward(y: Array) -> tuple[Array, Array, Array]:
 
 
 @dataclass(frozen=True)
-class BalancedTop:
+class BalancedTop(CheckedFields):
     """Keeping a symmetric top upright by acceleration of its pivot, at the least of it.
 
     A symmetric top has no phase: of all states that turns about e3 lead to one another, the plan
@@ -458,15 +454,15 @@ class BalancedTop:
     """
 
     top: HeavyTop
-    push: float
-    weight: float = 3.0
+    push: Annotated[float, positive, "m/s^2"]
+    weight: Annotated[float, positive, "m/s^2"] = 3.0
 
     sizes: ClassVar[tuple[int, int, int]] = (9, 2, 0)
 
     def __post_init__(self) -> None:
         """Check the symmetry of the top and the numbers."""
+        super().__post_init__()
         require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
-        positive_fields(self, push="m/s^2", weight="m/s^2")
 
     def coordinates(self, y: npt.ArrayLike) -> Array:
         """Of states y."""
@@ -478,7 +474,8 @@ class BalancedTop:
         ca = casadi()
         y = ca.vertcat(ca.sqrt(1.0 - x[0] ** 2 - x[1] ** 2), x[:2], 0.0, x[2:])
         u = ca.vertcat(ca.DM.zeros(6), self.push * a)
-        return ca.vertcat(*_without_phase(ca.vertsplit(self._model.step(h)(y, u))))
+        after = self.top.symbolic().step(h)(y, u)
+        return ca.vertcat(*_without_phase(ca.vertsplit(after)))
 
     def cost(self, x: Symbols, a: Symbols, goal: Symbols) -> Symbols:
         """Acceleration and deviation; 2 - 2 cos(theta) is 4 (x^2 + y^2)."""
@@ -488,10 +485,6 @@ class BalancedTop:
     def limits(self, x: Symbols, a: Symbols) -> Symbols:
         """Actions are in the disk."""
         return casadi().sumsqr(a) - 1.0
-
-    @cached_property
-    def _model(self) -> SymbolicModel:
-        return self.top.symbolic()
 
 
 def _without_phase(y: Any) -> tuple[Any, ...]:

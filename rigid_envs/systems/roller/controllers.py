@@ -2,16 +2,17 @@
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, array, non_negative, positive, require
+from rigid_envs.base.checks import Array, CheckedFields, array, non_negative, positive, require
 from rigid_envs.systems.roller.system import Roller
 
 
 @dataclass(frozen=True)
-class Pump:
+class Pump(CheckedFields):
     """Bang-bang control of the inertia ratio: large while descending, small while ascending.
 
     The angle a = curvature s from the bottom and the momentum P = (1 + beta) v about the contact,
@@ -47,14 +48,13 @@ class Pump:
     """
 
     roller: Roller
-    beta_change: float
-    dt: float
+    beta_change: Annotated[float, positive, "1"]
+    dt: Annotated[float, non_negative, "s"]
 
     def __post_init__(self) -> None:
         """Check the numbers."""
+        super().__post_init__()
         positive(self.roller.curvature, "roller.curvature", "1/m")
-        positive(self.beta_change, "beta_change", "1")
-        non_negative(self.dt, "dt", "s")
 
     def __call__(self, y: npt.ArrayLike, change: npt.ArrayLike) -> Array:
         """The ratio to take: -1 for beta, 1 for beta + beta_change.

@@ -2,19 +2,13 @@
 
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import (
-    Array,
-    Integers,
-    array,
-    integer,
-    positive_array,
-    positive_fields,
-    require,
-)
+from rigid_envs.base import checks
+from rigid_envs.base.checks import Array, CheckedFields, Integers, array, positive, require
 from rigid_envs.control.linear import Regulator, piecewise_constant
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball.system import RollingBall
@@ -51,7 +45,10 @@ def roll_along(rolls: npt.ArrayLike, reach: npt.ArrayLike) -> RollPlan:
     Raises:
         ValueError: bad shapes or numbers.
     """
-    sides, step = array(rolls, "rolls", 2, entries="X, Y"), positive_array(reach, "reach", "m")
+    sides, step = (
+        array(rolls, "rolls", 2, entries="X, Y"),
+        checks.positive_array(reach, "reach", "m"),
+    )
     lengths = np.linalg.norm(sides, axis=-1)
     counts = np.ceil(lengths / step[..., None] - 1e-9).astype(np.int64)
     each = sides / (np.maximum(counts, 1) * step[..., None])[..., None]
@@ -82,7 +79,7 @@ def difference(
     Raises:
         ValueError: bad states, or a radius that is not positive.
     """
-    size = positive_array(radius, "radius", "m")
+    size = checks.positive_array(radius, "radius", "m")
     begin, end, size = np.broadcast_arrays(
         RollingBall.checked_state(start), RollingBall.checked_state(goal), size[..., None]
     )
@@ -136,7 +133,7 @@ def pose_error(ball: RollingBall, y: npt.ArrayLike, reference: npt.ArrayLike) ->
 
 
 @dataclass(frozen=True)
-class DampedFollower:
+class DampedFollower(CheckedFields):
     """Follows by the reference's own velocity and a correction down the slope of the error.
 
     With p the offset in radii, theta the rotation vector from its attitude to the ball's and w the
@@ -163,13 +160,9 @@ class DampedFollower:
     """
 
     ball: RollingBall
-    rate: float
-    gain: float = 0.6
-    turn: float = 1.2
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        positive_fields(self, rate="rad/s", gain="1/s", turn="1")
+    rate: Annotated[float, positive, "rad/s"]
+    gain: Annotated[float, positive, "1/s"] = 0.6
+    turn: Annotated[float, positive, "1"] = 1.2
 
     def __call__(
         self, y: npt.ArrayLike, reference: npt.ArrayLike, velocity: npt.ArrayLike
@@ -199,7 +192,7 @@ class DampedFollower:
 
 
 @dataclass(frozen=True)
-class FarSightedFollower:
+class FarSightedFollower(CheckedFields):
     """Follows by the linear-quadratic regulator along the known path of the reference.
 
     The error e = (p, theta) of small size changes in a period dt, in which the reference rolls by
@@ -230,13 +223,9 @@ class FarSightedFollower:
     """
 
     ball: RollingBall
-    rate: float
-    dt: float
-    input_weight: float = 0.03
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        positive_fields(self, rate="rad/s", dt="s", input_weight="s^2")
+    rate: Annotated[float, positive, "rad/s"]
+    dt: Annotated[float, positive, "s"]
+    input_weight: Annotated[float, positive, "s^2"] = 0.03
 
     def __call__(
         self,
@@ -379,7 +368,7 @@ def attitudes_after() -> Integers:
 
 
 @dataclass(frozen=True)
-class QuarterRolls:
+class QuarterRolls(CheckedFields):
     """Rolls a ball by quarter turns to a goal on a shortest path.
 
     A move turns the attitude q to r q, r the quarter turn about a side, and goes on to the next of
@@ -410,11 +399,7 @@ class QuarterRolls:
     """
 
     ball: RollingBall
-    reach: int
-
-    def __post_init__(self) -> None:
-        """Check the reach."""
-        integer(self.reach, "reach", 0)
+    reach: Annotated[int, checks.integer, 0]
 
     def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike | None = None) -> Integers:
         """The side to roll to: 0 for +x, 1 for +y, 2 for -x, 3 for -y.

@@ -3,12 +3,12 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, positive_fields
+from rigid_envs.base.checks import Array, CheckedFields, positive
 from rigid_envs.control.linear import Regulator, clip_to_box, lqr, scheduled, zero_order_hold
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_disk.system import RollingDisk
@@ -60,7 +60,7 @@ def _over(a: Array, b: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class CircleRegulator:
+class CircleRegulator(CheckedFields):
     """Leans a disk as its circle asks for, by a torque about the direction of travel.
 
     The torque tau does not act on wn and w3: they follow the lean alone,
@@ -103,13 +103,9 @@ class CircleRegulator:
     """
 
     disk: RollingDisk
-    torque: float
-    dt: float
-    input_weight: float = 1e-5
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        positive_fields(self, torque="N m", dt="s", input_weight="rad^2 / (N m)^2")
+    torque: Annotated[float, positive, "N m"]
+    dt: Annotated[float, positive, "s"]
+    input_weight: Annotated[float, positive, "rad^2 / (N m)^2"] = 1e-5
 
     def __call__(self, y: npt.ArrayLike, curvature: npt.ArrayLike) -> Array:
         """Torque as a part of the largest.

@@ -1,11 +1,12 @@
 """Parking an upright coin by two straight rolls, with turns before, between and after them."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, Integers, integer, positive_fields
+from rigid_envs.base.checks import Array, CheckedFields, Integers, integer, positive
 from rigid_envs.control.linear import piecewise_constant
 from rigid_envs.systems.upright_coin.system import UprightCoin
 
@@ -33,7 +34,7 @@ class CoinPlan:
 
 
 @dataclass(frozen=True)
-class TwoRolls:
+class TwoRolls(CheckedFields):
     """Plans that park a coin: turn, roll straight, turn, roll straight, turn.
 
     Rolls by the angles a and b with headings phi_1 and phi_2 lead from the offset D (in radii, in
@@ -68,14 +69,9 @@ class TwoRolls:
     """
 
     coin: UprightCoin
-    roll_per_step: float
-    steer_per_step: float
-    directions: int = 180
-
-    def __post_init__(self) -> None:
-        """Check the numbers."""
-        positive_fields(self, roll_per_step="rad", steer_per_step="rad")
-        integer(self.directions, "directions", 1)
+    roll_per_step: Annotated[float, positive, "rad"]
+    steer_per_step: Annotated[float, positive, "rad"]
+    directions: Annotated[int, integer, 1] = 180
 
     def __call__(self, y: npt.ArrayLike, goal: npt.ArrayLike | None = None) -> CoinPlan:
         """The plan that leads from y to the goal.
