@@ -129,6 +129,16 @@ def attitudes(y: Array) -> Array:
     return matrices(quaternion(y))
 
 
+def axis(y: Array) -> Array:
+    """The axis e3 of states that begin with q, in world axes, shape (..., 3)."""
+    return np.array(attitudes(y)[..., :, 2])
+
+
+def horizontal(pair: Array, height: float = 0.0) -> Array:
+    """Vectors (x, y, height), shape (..., 3), of pairs (x, y), shape (..., 2)."""
+    return np.concatenate([pair, np.full_like(pair[..., :1], height)], axis=-1)
+
+
 def random_states(system: System, n: int, size: float = 1.0) -> tuple[Array, Array]:
     """Random states and inputs, without any symmetry.
 
@@ -280,7 +290,7 @@ class RigidBodyModel:
         force: sum of the applied forces [N], of y and u.
         torque: applied torque about the centre of mass [N m], of y and u.
         displacements: basis of the virtual displacements dr [m] and dtheta [rad], of y: k of each,
-            shape (k, ..., 3).
+            shape (k, ..., 3); see `turns_about`.
     """
 
     mass: float
@@ -289,6 +299,20 @@ class RigidBodyModel:
     force: Vectors
     torque: Vectors
     displacements: Callable[[Array], tuple[Array, Array]]
+
+
+def constant(*vector: float) -> Vectors:
+    """A force or torque that depends on nothing."""
+    return lambda *_: np.array(vector)
+
+
+def turns_about(arm: Callable[[Array], Array]) -> Callable[[Array], tuple[Array, Array]]:
+    """Virtual displacements of a body that turns in any way about a point.
+
+    Args:
+        arm: from the point to the centre of mass, of y [m].
+    """
+    return lambda y: (np.cross(VIRTUAL_ROTATIONS, arm(y)), VIRTUAL_ROTATIONS)
 
 
 def virtual_work(body: RigidBodyModel, motion: Stencil) -> float:

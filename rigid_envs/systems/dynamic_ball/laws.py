@@ -34,27 +34,19 @@ def _normal(y: Array) -> Array:
     return np.array(_plate(y)[..., :, 2])
 
 
-def _flat(pair: Array) -> Array:
-    return np.concatenate([pair, np.zeros_like(pair[..., :1])], axis=-1)
-
-
 def _centre(y: Array) -> Array:
-    return _world(y, _flat(_BALL.position(y))) + 0.8 * _normal(y)
+    return _world(y, laws.horizontal(_BALL.position(y))) + 0.8 * _normal(y)
 
 
 def _force(y: Array, u: Array) -> Array:
-    return np.asarray(_world(y, _flat(u[..., _FORCE])) - np.array([0.0, 0.0, 1.2 * 9.6]))
+    return np.asarray(_world(y, laws.horizontal(u[..., _FORCE])) - np.array([0.0, 0.0, 1.2 * 9.6]))
 
 
-def _no_torque(y: Array, _: Array) -> Array:
-    return np.zeros((*y.shape[:-1], 3))
-
-
-def _displacements(y: Array) -> tuple[Array, Array]:
-    return np.cross(laws.VIRTUAL_ROTATIONS, 0.8 * _normal(y)), laws.VIRTUAL_ROTATIONS
-
-
-_MODEL = laws.RigidBodyModel(1.2, np.full(3, _INERTIA), _centre, _force, _no_torque, _displacements)
+_MODEL = laws.RigidBodyModel(
+    *(1.2, np.full(3, _INERTIA), _centre, _force),
+    laws.constant(0.0, 0.0, 0.0),
+    laws.turns_about(lambda y: 0.8 * _normal(y)),
+)
 laws.law_of_dalembert(SUBJECT, _BALL, _Y, _U, _MODEL)
 
 
@@ -67,7 +59,7 @@ def the_contact_point_moves_with_the_plate() -> float:
     """There v + omega x (-r n) = (P x)' + Omega n x P x with x = (X, Y, 0) held in P."""
     motion = laws.stencil(_BALL, _Y, _U)
     v = motion.rate(_centre(motion.y)) + np.cross(motion.omega(), -0.8 * _normal(_Y))
-    foot = _flat(_BALL.position(_Y))
+    foot = laws.horizontal(_BALL.position(_Y))
     carried = motion.rate(_world(motion.y, np.broadcast_to(foot, (9, 20, 3))))
     table = 0.7 * np.cross(_normal(_Y), _world(_Y, foot))
     return laws.max_abs(v - carried - table)

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import laws
 from rigid_envs.mechanics.integration import Trajectory
 from rigid_envs.systems.free_body import closed_forms as theory
@@ -12,10 +11,6 @@ SUBJECT = laws.Subject("free_body", "a rigid body under body torques")
 
 _BODY = FreeBody(1.1, 1.7, 2.3)
 _Y, _U = laws.random_states(_BODY, 20)
-
-
-def _zeros(y: Array) -> Array:
-    return np.zeros((*y.shape[:-1], 3))
 
 
 def _long_run() -> Trajectory:
@@ -28,8 +23,8 @@ def _long_run() -> Trajectory:
 _MODEL = laws.RigidBodyModel(
     mass=1.0,
     moments=_BODY.moments,
-    centre=_zeros,
-    force=lambda y, _: _zeros(y),
+    centre=lambda y: np.zeros((*y.shape[:-1], 3)),
+    force=laws.constant(0.0, 0.0, 0.0),
     torque=lambda y, u: np.einsum("...ij,...j->...i", laws.attitudes(y), u),
     displacements=lambda y: (np.zeros((3, 1, 3)), laws.VIRTUAL_ROTATIONS),
 )

@@ -19,21 +19,13 @@ _BODY_TORQUE, _WORLD_TORQUE, _PIVOT_ACCELERATION = slice(0, 3), slice(3, 6), sli
 _LONG = np.linspace(0.0, 5000.0, 5001)
 
 
-def _axis(y: Array) -> Array:
-    return np.array(laws.attitudes(y)[..., :, 2])
-
-
-def _horizontal(pair: Array) -> Array:
-    """A vector with the two components X and Y, and 0 along Z."""
-    return np.concatenate([pair, np.zeros_like(pair[..., :1])], axis=-1)
+def _arm(y: Array) -> Array:
+    """From the pivot to the centre of mass."""
+    return _TOP.ell * laws.axis(y)
 
 
 def _centre(y: Array) -> Array:
-    return _horizontal(_TOP.pivot(y)) + _TOP.ell * _axis(y)
-
-
-def _weight(y: Array, _: Array) -> Array:
-    return np.broadcast_to([0.0, 0.0, -_TOP.m * _TOP.g], (*y.shape[:-1], 3))
+    return laws.horizontal(_TOP.pivot(y)) + _arm(y)
 
 
 def _torque(y: Array, u: Array) -> Array:
@@ -41,14 +33,9 @@ def _torque(y: Array, u: Array) -> Array:
     return np.asarray(in_world + u[..., _WORLD_TORQUE])
 
 
-def _displacements(y: Array) -> tuple[Array, Array]:
-    return np.cross(laws.VIRTUAL_ROTATIONS, _TOP.ell * _axis(y)), laws.VIRTUAL_ROTATIONS
-
-
 _STEINER = _TOP.m * _TOP.ell**2 * np.array([1.0, 1.0, 0.0])
-_MODEL = laws.RigidBodyModel(
-    _TOP.m, _TOP.moments - _STEINER, _centre, _weight, _torque, _displacements
-)
+_WEIGHS, _TURNS = laws.constant(0.0, 0.0, -_TOP.m * _TOP.g), laws.turns_about(_arm)
+_MODEL = laws.RigidBodyModel(_TOP.m, _TOP.moments - _STEINER, _centre, _WEIGHS, _torque, _TURNS)
 laws.law_of_dalembert(SUBJECT, _TOP, _Y, _U, _MODEL)
 laws.laws_of_every_system(SUBJECT, _TOP, _Y, _U)
 
@@ -64,7 +51,7 @@ def invariants_are_energy_and_momenta() -> float:
     omega, found = _TOP.omega_body(_Y), _TOP.invariants(_Y)
     momentum = omega @ np.diag(_TOP.moments)
     L = np.einsum("nij,nj->ni", laws.attitudes(_Y), momentum)
-    height = _TOP.ell * _axis(_Y)[:, 2]
+    height = _arm(_Y)[:, 2]
     return laws.max_abs(
         found["energy"] - 0.5 * np.sum(momentum * omega, axis=-1) - _TOP.m * _TOP.g * height,
         found["L_vertical"] - L[:, 2],
@@ -78,8 +65,8 @@ def inputs_do_their_work() -> float:
     """E' = (tau + ell e3 x (-m a)) . omega, and L_z' is the vertical part of the torque."""
     motion = laws.stencil(_TOP, _Y, _U)
     found = _TOP.invariants(motion.y)
-    inertial = _horizontal(-_TOP.m * _U[:, _PIVOT_ACCELERATION])
-    torque = _torque(_Y, _U) + np.cross(_TOP.ell * _axis(_Y), inertial)
+    inertial = laws.horizontal(-_TOP.m * _U[:, _PIVOT_ACCELERATION])
+    torque = _torque(_Y, _U) + np.cross(_arm(_Y), inertial)
     power = np.sum(torque * _TOP.omega_world(_Y), axis=-1)
     return laws.max_abs(
         motion.rate(found["energy"]) - power, motion.rate(found["L_vertical"]) - torque[:, 2]

@@ -20,31 +20,27 @@ _Y[:, _DISK.components["q"]] = rotations.quaternion_from_euler(_ANGLES)
 
 def _frame(y: Array) -> tuple[Array, Array, Array]:
     """Unit vectors: n to the highest point of the rim, the horizontal l = e3 x n, the axis e3."""
-    axis = np.array(laws.attitudes(y)[..., :, 2])
+    axis = laws.axis(y)
     up = np.array([0.0, 0.0, 1.0]) - axis[..., 2:] * axis
     n = up / np.linalg.norm(up, axis=-1, keepdims=True)
     return n, np.cross(axis, n), axis
 
 
+def _arm(y: Array) -> Array:
+    """From the point of contact to the centre."""
+    return 0.7 * _frame(y)[0]
+
+
 def _centre(y: Array) -> Array:
-    contact = _DISK.contact(y)
-    foot = np.concatenate([contact, np.zeros_like(contact[..., :1])], axis=-1)
-    return foot + 0.7 * _frame(y)[0]
-
-
-def _weight(y: Array, _: Array) -> Array:
-    return np.broadcast_to([0.0, 0.0, -1.2 * 2.5], (*y.shape[:-1], 3))
+    return laws.horizontal(_DISK.contact(y)) + _arm(y)
 
 
 def _torque(y: Array, u: Array) -> Array:
     return np.asarray(np.einsum("...k,k...i->...i", u, np.stack(_frame(y))))
 
 
-def _displacements(y: Array) -> tuple[Array, Array]:
-    return np.cross(laws.VIRTUAL_ROTATIONS, 0.7 * _frame(y)[0]), laws.VIRTUAL_ROTATIONS
-
-
-_MODEL = laws.RigidBodyModel(1.2, _DISK.moments, _centre, _weight, _torque, _displacements)
+_WEIGHS, _TURNS = laws.constant(0.0, 0.0, -1.2 * 2.5), laws.turns_about(_arm)
+_MODEL = laws.RigidBodyModel(1.2, _DISK.moments, _centre, _WEIGHS, _torque, _TURNS)
 laws.law_of_dalembert(SUBJECT, _DISK, _Y, _U, _MODEL)
 
 
@@ -55,7 +51,7 @@ def the_contact_point_is_at_rest() -> float:
     omega = motion.omega()
     v = motion.rate(_centre(motion.y))
     in_body = np.einsum("nji,nj->ni", laws.attitudes(_Y), omega)
-    return laws.max_abs(v + np.cross(omega, -0.7 * _frame(_Y)[0]), in_body - _DISK.omega_body(_Y))
+    return laws.max_abs(v + np.cross(omega, -_arm(_Y)), in_body - _DISK.omega_body(_Y))
 
 
 laws.laws_of_every_system(SUBJECT, _DISK, _Y, _U)
@@ -65,7 +61,7 @@ laws.laws_of_every_system(SUBJECT, _DISK, _Y, _U)
 def the_invariant_is_the_energy() -> float:
     """E = (m v^2 + omega . I omega) / 2 + m g z, with v = omega x r n."""
     omega = np.einsum("nij,nj->ni", laws.attitudes(_Y), _DISK.omega_body(_Y))
-    v = np.cross(omega, 0.7 * _frame(_Y)[0])
+    v = np.cross(omega, _arm(_Y))
     turning = np.sum(_DISK.moments * _DISK.omega_body(_Y) ** 2, axis=-1)
     energy = 0.5 * (1.2 * np.sum(v * v, axis=-1) + turning) + 1.2 * 2.5 * _centre(_Y)[:, 2]
     return laws.max_abs(_DISK.invariants(_Y)["energy"] - energy)
@@ -83,7 +79,7 @@ laws.law_of_order(SUBJECT, _DISK, _Y, _U, 0.2)
 laws.law_of_contact_force(
     SUBJECT,
     *(_DISK, _Y, _U, _MODEL),
-    lambda y, u: (_DISK.contact_force(y, u), -0.7 * _frame(y)[0]),
+    lambda y, u: (_DISK.contact_force(y, u), -_arm(y)),
 )
 
 

@@ -18,39 +18,31 @@ _NORMAL = np.array([0.0, 0.0, 1.0])
 _WEIGHT = 1.1 * 9.5 * np.array([math.sin(0.3), 0.0, -math.cos(0.3)])
 
 
-def _axis(y: Array) -> Array:
-    return np.array(laws.attitudes(y)[..., :, 2])
-
-
 def _centre(y: Array) -> Array:
-    contact = _COIN.contact(y)
-    return np.concatenate([contact, np.full_like(contact[..., :1], 0.7)], axis=-1)
+    return laws.horizontal(_COIN.contact(y), 0.7)
 
 
 def _steer_and_roll(y: Array) -> tuple[Array, Array]:
-    axis = _axis(y)
+    axis = laws.axis(y)
     along = 0.7 * np.cross(axis, _NORMAL)
     return np.stack([0.0 * along, along]), np.stack([0.0 * axis + _NORMAL, axis])
 
 
 def _torque(y: Array, u: Array) -> Array:
     """Torque of the inputs."""
-    return np.asarray(u[..., :1] * _NORMAL + u[..., 1:] * _axis(y))
+    return np.asarray(u[..., :1] * _NORMAL + u[..., 1:] * laws.axis(y))
 
 
 def _held_torque(y: Array, u: Array) -> Array:
     """Torque of the inputs and of the constraint that holds the coin upright."""
-    along = np.cross(_axis(y), _NORMAL)
+    along = np.cross(laws.axis(y), _NORMAL)
     return np.asarray(_torque(y, u) + _COIN.upright_torque(y, u)[..., None] * along)
 
 
-def _weight(y: Array, _: Array) -> Array:
-    return np.broadcast_to(_WEIGHT, (*y.shape[:-1], 3))
-
-
 _MOMENTS = np.array([0.3, 0.3, 0.4])
-_MODEL = laws.RigidBodyModel(1.1, _MOMENTS, _centre, _weight, _torque, _steer_and_roll)
-_HELD_MODEL = laws.RigidBodyModel(1.1, _MOMENTS, _centre, _weight, _held_torque, _steer_and_roll)
+_WEIGHS = laws.constant(*_WEIGHT)
+_MODEL = laws.RigidBodyModel(1.1, _MOMENTS, _centre, _WEIGHS, _torque, _steer_and_roll)
+_HELD_MODEL = laws.RigidBodyModel(1.1, _MOMENTS, _centre, _WEIGHS, _held_torque, _steer_and_roll)
 laws.law_of_dalembert(SUBJECT, _COIN, _Y, _U, _MODEL)
 
 
@@ -58,12 +50,12 @@ laws.law_of_dalembert(SUBJECT, _COIN, _Y, _U, _MODEL)
 def the_contact_point_is_at_rest() -> float:
     """The point at -r n: v + omega x (-r n) = 0, omega from R' R^T; the axis is level."""
     motion = laws.stencil(_COIN, _Y, _U)
-    omega, axis = motion.omega(), _axis(motion.y)
+    omega, axis = motion.omega(), laws.axis(motion.y)
     return laws.max_abs(
         motion.rate(_centre(motion.y)) + np.cross(omega, -0.7 * _NORMAL),
         axis[..., 2],
         omega[:, 2] - _COIN.steer_rate(_Y),
-        np.sum(omega * _axis(_Y), axis=-1) - _COIN.roll_rate(_Y),
+        np.sum(omega * laws.axis(_Y), axis=-1) - _COIN.roll_rate(_Y),
     )
 
 
