@@ -20,6 +20,12 @@ def at_rest(_y: Row, _p: Row) -> float:
     return 0.0
 
 
+@scalar
+def unchanged(y: Any) -> Any:
+    """The state itself, of a system whose step leaves no drift to remove."""
+    return y
+
+
 @dataclass(frozen=True, eq=False)
 class Dynamics:
     """Equations of motion of a system: named rows and compiled functions of one row.

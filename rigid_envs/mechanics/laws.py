@@ -315,13 +315,6 @@ def turns_about(arm: Callable[[Array], Array]) -> Callable[[Array], tuple[Array,
     return lambda y: (np.cross(VIRTUAL_ROTATIONS, arm(y)), VIRTUAL_ROTATIONS)
 
 
-def virtual_work(body: RigidBodyModel, motion: Stencil) -> float:
-    """Largest virtual work of the constraints, per unit of displacement [J]; 0 by the principle."""
-    force, torque = constraint_wrench(body, motion)
-    dr, dtheta = body.displacements(motion.middle)
-    return max_abs(np.sum(force * dr, axis=-1) + np.sum(torque * dtheta, axis=-1))
-
-
 def constraint_wrench(body: RigidBodyModel, motion: Stencil) -> tuple[Array, Array]:
     """Force m r'' - F [N] and torque D - tau [N m] of the constraints, each of shape (..., 3)."""
     R = motion.system.accessors["R"](motion.y)
@@ -372,7 +365,10 @@ def law_of_dalembert(
     )
     def motions_obey_dalemberts_principle() -> float:
         """Sum of (m x'' - f) . dx = 0 for every displacement dx that the constraints admit."""
-        return virtual_work(body, stencil(system, y, u))
+        motion = stencil(system, y, u)
+        force, torque = constraint_wrench(body, motion)
+        dr, dtheta = body.displacements(motion.middle)
+        return max_abs(np.sum(force * dr, axis=-1) + np.sum(torque * dtheta, axis=-1))
 
 
 def law_of_contact_force(

@@ -7,6 +7,8 @@ from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import select
 from rigid_envs.engine.episode import single
 
+Pair = tuple[float, float]
+
 
 class Held(NamedTuple):
     """Number of steps for which the state has been within the tolerance."""
@@ -29,6 +31,12 @@ def limited(v: Vector, bound: float) -> Vector:
         min(max(v[1], -bound), bound),
         min(max(v[2], -bound), bound),
     )
+
+
+@scalar
+def limited_pair(v: Pair, bound: float) -> Pair:
+    """Two numbers, each clipped to [-bound, bound]."""
+    return min(max(v[0], -bound), bound), min(max(v[1], -bound), bound)
 
 
 @scalar

@@ -125,17 +125,6 @@ def check_moments(inertia: Array) -> None:
     require(excess <= allowed, inertia, "inertia", expected)
 
 
-def principal_axes(inertia: Array) -> PrincipalAxes:
-    """Diagonalise a physical tensor, the axes by the rule that `Body.principal` states."""
-    moments, vectors = np.linalg.eigh(inertia)
-    equal = np.abs(moments[:, None] - moments) <= REPEATED * moments[2]
-    e1 = _nearest_to_a_coordinate_axis(_projector(vectors[:, equal[0]]))
-    rest = _projector(vectors[:, equal[1]])
-    e2 = _nearest_to_a_coordinate_axis(rest - np.outer(e1, e1 @ rest))
-    axes = np.stack([e1, e2, np.cross(e1, e2)], axis=-1)
-    return PrincipalAxes(np.maximum(moments, 0.0), axes)
-
-
 def _projector(orthonormal: Array) -> Array:
     """Return the projection on the span of these columns: it does not depend on their choice."""
     return np.asarray(orthonormal @ orthonormal.T)
@@ -146,24 +135,6 @@ def _nearest_to_a_coordinate_axis(projector: Array) -> Array:
     lengths = np.linalg.norm(projector, axis=0)
     nearest = projector[:, np.argmax(lengths >= lengths.max() * (1.0 - TOLERANCE))]
     return np.asarray(nearest / np.linalg.norm(nearest))
-
-
-def inertia_ellipsoid(principal: PrincipalAxes) -> InertiaEllipsoid:
-    """Return the ellipsoid of these moments; NOTHING of the largest one counts as none."""
-    moments = principal.moments
-    some = np.where(moments > NOTHING * moments[2], moments, np.nan)
-    semi_axes = np.where(np.isnan(some), np.inf, 1.0 / np.sqrt(some))
-    return InertiaEllipsoid(semi_axes, principal.axes)
-
-
-def kind_of(moments: Array, tolerance: float) -> Kind:
-    """Classify a body by which of its ascending moments are equal."""
-    low, high = np.diff(moments) <= tolerance * moments[2]
-    if low and high:
-        return "spherical"
-    if low or high:
-        return "symmetric_oblate" if low else "symmetric_prolate"
-    return "asymmetric"
 
 
 # The mass properties of one rigid body.
@@ -353,7 +324,13 @@ class Body:
         Returns:
             Moments (3,) [kg m^2], below 0 in rounding set to 0, and axes, the columns of (3, 3).
         """
-        return principal_axes(self.inertia)
+        moments, vectors = np.linalg.eigh(self.inertia)
+        equal = np.abs(moments[:, None] - moments) <= REPEATED * moments[2]
+        e1 = _nearest_to_a_coordinate_axis(_projector(vectors[:, equal[0]]))
+        rest = _projector(vectors[:, equal[1]])
+        e2 = _nearest_to_a_coordinate_axis(rest - np.outer(e1, e1 @ rest))
+        axes = np.stack([e1, e2, np.cross(e1, e2)], axis=-1)
+        return PrincipalAxes(np.maximum(moments, 0.0), axes)
 
     def kind(self, tolerance: float = TOLERANCE) -> Kind:
         """Classify the body by equal principal moments.
@@ -365,7 +342,13 @@ class Body:
             "spherical" if all are, "symmetric_prolate" for I1 < I2 = I3, "symmetric_oblate" for
             I1 = I2 < I3, else "asymmetric". A line is prolate, a point spherical.
         """
-        return kind_of(self.principal().moments, positive(tolerance, "tolerance", "1"))
+        moments = self.principal().moments
+        low, high = np.diff(moments) <= positive(tolerance, "tolerance", "1") * moments[2]
+        if low and high:
+            return "spherical"
+        if low or high:
+            return "symmetric_oblate" if low else "symmetric_prolate"
+        return "asymmetric"
 
     def inertia_ellipsoid(self) -> InertiaEllipsoid:
         """Return the ellipsoid x . I x = 1 about the centre of mass.
@@ -377,7 +360,10 @@ class Body:
         Source:
             Goldstein, Poole & Safko, Classical Mechanics (3rd ed.), section 5.4.
         """
-        return inertia_ellipsoid(self.principal())
+        moments, axes = self.principal()
+        some = np.where(moments > NOTHING * moments[2], moments, np.nan)
+        semi_axes = np.where(np.isnan(some), np.inf, 1.0 / np.sqrt(some))
+        return InertiaEllipsoid(semi_axes, axes)
 
 
 def aligned(mass: float, I1: float, I2: float, I3: float, height: float = 0.0) -> Body:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -12,8 +12,6 @@ from rigid_envs.base.checks import Array, non_negative, number, positive_fields
 from rigid_envs.mechanics.equations import CONTACT, RollingContact
 from rigid_envs.mechanics.system import AdaptiveStepSystem, ball_ratio
 from rigid_envs.systems.dynamic_ball.dynamics import DYNAMIC_BALL
-
-Rows = npt.NDArray[Any]  # complex where an accessor is differentiated
 
 
 @dataclass(frozen=True)
@@ -107,16 +105,18 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
 
     def plate(self, y: npt.ArrayLike) -> Array:
         """Matrix P of the plate, v_world = P v_plate, shape (..., 3, 3)."""
-        return np.asarray(_plate(np.asarray(y, dtype=np.float64)))
+        return _plate(np.asarray(y, dtype=np.float64))
 
     def centre(self, y: npt.ArrayLike) -> Array:
         """Centre of the ball from O, in world axes [m], shape (..., 3)."""
         rows = np.asarray(y, dtype=np.float64)
-        return np.asarray(_to_world(rows, self._centre(rows)))
+        return _to_world(rows, self._centre(rows))
 
     def velocity_world(self, y: npt.ArrayLike) -> Array:
         """Velocity of the centre in world axes [m/s], shape (..., 3)."""
-        return np.asarray(self._velocity(np.asarray(y, dtype=np.float64)))
+        rows = np.asarray(y, dtype=np.float64)
+        relative = np.concatenate([rows[..., 6:8], np.zeros_like(rows[..., :1])], axis=-1)
+        return _to_world(rows, relative + np.cross(_plate_rate(rows), self._centre(rows)))
 
     def omega_plate(self, y: npt.ArrayLike) -> Array:
         """Angular velocity of the ball in plate axes [rad/s], shape (..., 3)."""
@@ -130,7 +130,7 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
     def omega_world(self, y: npt.ArrayLike) -> Array:
         """Angular velocity of the ball in world axes [rad/s], shape (..., 3)."""
         rows = np.asarray(y, dtype=np.float64)
-        return np.asarray(_to_world(rows, self.omega_plate(rows)))
+        return _to_world(rows, self.omega_plate(rows))
 
     def energy(self, y: npt.ArrayLike) -> Array:
         """Kinetic energy of motion and rotation plus m g times the height of the centre [J]."""
@@ -152,17 +152,12 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
             float(np.max(gain, initial=0.0)) + fall,
         )
 
-    def _centre(self, y: Rows) -> Rows:
+    def _centre(self, y: Array) -> Array:
         """Centre in plate axes (X, Y, radius) [m]."""
         return np.concatenate([y[..., 4:6], np.full_like(y[..., :1], self.radius)], axis=-1)
 
-    def _velocity(self, y: Rows) -> Rows:
-        """Velocity of the centre in world axes [m/s]."""
-        relative = np.concatenate([y[..., 6:8], np.zeros_like(y[..., :1])], axis=-1)
-        return _to_world(y, relative + np.cross(_plate_rate(y), self._centre(y)))
 
-
-def _plate(y: Rows) -> Rows:
+def _plate(y: Array) -> Array:
     """P = Rx(alpha_x) Ry(alpha_y)."""
     (sx, sy), (cx, cy) = (np.moveaxis(f(y[..., 9:11]), -1, 0) for f in (np.sin, np.cos))
     zero = np.zeros_like(sx)
@@ -170,12 +165,12 @@ def _plate(y: Rows) -> Rows:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def _plate_rate(y: Rows) -> Rows:
+def _plate_rate(y: Array) -> Array:
     """Angular velocity of the plate in its own axes [rad/s]."""
     rate_x, rate_y = y[..., 11], y[..., 12]
     return np.stack([rate_x * np.cos(y[..., 10]), rate_y, rate_x * np.sin(y[..., 10])], axis=-1)
 
 
-def _to_world(y: Rows, v: Rows) -> Rows:
+def _to_world(y: Array, v: Array) -> Array:
     """World components of a vector in plate axes."""
     return np.asarray(np.einsum("...ij,...j->...i", _plate(y), v))

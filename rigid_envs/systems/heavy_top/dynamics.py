@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from rigid_envs.engine import algebra
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.dynamics import Dynamics
+from rigid_envs.engine.dynamics import Dynamics, unchanged
 from rigid_envs.engine.elementary import fma
 from rigid_envs.systems.free_body.dynamics import free_rotation, rate, rotor
 
@@ -139,12 +139,6 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
 
 
 @scalar
-def restore(y: State) -> State:
-    """State unchanged: `step` already normalises q."""
-    return y
-
-
-@scalar
 def _kick(
     q: algebra.Quaternion, omega: algebra.Vector, u: Input, p: Parameters, h: float
 ) -> algebra.Vector:
@@ -170,5 +164,5 @@ def invariants(y: State, p: Parameters) -> Invariants:
 
 
 HEAVY_TOP = Dynamics(
-    State, Input, Parameters, Invariants, derive, rhs, step, restore, invariants, rate=rate
+    State, Input, Parameters, Invariants, derive, rhs, step, unchanged, invariants, rate=rate
 )

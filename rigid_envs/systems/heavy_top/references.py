@@ -9,6 +9,7 @@ from rigid_envs.control.planning import Conditions
 from rigid_envs.control.predictive import PredictiveControl, doubling
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores import policies
+from rigid_envs.scores.policies import Controller, feedback, system_of
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries
 from rigid_envs.systems.heavy_top import controllers
 from rigid_envs.systems.heavy_top.tasks.pivot_top import PivotTop
@@ -20,21 +21,19 @@ from rigid_envs.tasks.core import Core
 # Controllers for the tasks of a heavy top; of drawn parameters they know the middle.
 
 
-def upright_balance(task: SleepingTop) -> policies.Controller:
+def upright_balance(task: SleepingTop) -> Controller:
     """Linear-quadratic regulator of the upright top by torque."""
-    return policies.feedback(
-        controllers.UprightBalance(policies.system_of(task), task.torque, task.dt)
-    )
+    return feedback(controllers.UprightBalance(system_of(task), task.torque, task.dt))
 
 
-def pivot_balance(task: PivotTop) -> policies.Controller:
+def pivot_balance(task: PivotTop) -> Controller:
     """Linear-quadratic regulator of the upright top by acceleration of its pivot."""
-    return policies.feedback(controllers.PivotBalance(policies.system_of(task), task.push, task.dt))
+    return feedback(controllers.PivotBalance(system_of(task), task.push, task.dt))
 
 
-def precession_regulator(task: TopPrecession) -> policies.Controller:
+def precession_regulator(task: TopPrecession) -> Controller:
     """Linear-quadratic regulator of steady precession at the commanded tilt."""
-    top = policies.system_of(task)
+    top = system_of(task)
     highest = task.goal_tilt + max(task.goal_spread, 1e-3)
     fastest = top.critical_spin * (task.start_spin + max(task.start_spread, 1e-3))
     controller = controllers.PrecessionRegulator(
@@ -45,25 +44,21 @@ def precession_regulator(task: TopPrecession) -> policies.Controller:
         spins=(top.critical_spin, fastest),
         branch=task.branch,
     )
-    return policies.feedback(controller, "goal_tilt")
+    return feedback(controller, "goal_tilt")
 
 
-def asymmetric_balance(task: TopRandom) -> policies.Controller:
+def asymmetric_balance(task: TopRandom) -> Controller:
     """Linear-quadratic regulator of the asymmetric upright top by torque."""
     fastest = 1.5 * task.start_spin
-    return policies.feedback(
-        controllers.AsymmetricBalance(
-            policies.system_of(task), task.torque, task.dt, fastest=fastest
-        )
-    )
+    return feedback(controllers.AsymmetricBalance(system_of(task), task.torque, task.dt, fastest))
 
 
 # Predictive controllers; of drawn parameters they know the middle. They need CasADi.
 
 
-def balanced_top(task: PivotTop) -> policies.Controller:
+def balanced_top(task: PivotTop) -> Controller:
     """Least acceleration over a horizon of 156 control periods."""
-    problem = controllers.BalancedTop(policies.system_of(task), task.push)
+    problem = controllers.BalancedTop(system_of(task), task.push)
     controller = PredictiveControl(problem, doubling(task.dt, 4, 4, 4, 4, 6))
     return policies.predicting(controller, task.dt, policies.PREDICTION_PERIOD)
 
@@ -76,7 +71,7 @@ _IN_BODY = ("omega1", "omega2", "omega3")
 
 def sleeping_top(task: SleepingTop) -> Decoder:
     """The angular velocity is observed in world axes."""
-    top, attitude_of, rates = policies.system_of(task), attitude(task), entries(task, *_IN_WORLD)
+    top, attitude_of, rates = system_of(task), attitude(task), entries(task, *_IN_WORLD)
 
     def decode(seen: Array) -> Decoded:
         q = attitude_of(seen)
@@ -87,7 +82,7 @@ def sleeping_top(task: SleepingTop) -> Decoder:
 
 def pivot_top(task: PivotTop) -> Decoder:
     """The angular velocity is observed in world axes, the pivot in radii of the arena."""
-    top, attitude_of, rates = policies.system_of(task), attitude(task), entries(task, *_IN_WORLD)
+    top, attitude_of, rates = system_of(task), attitude(task), entries(task, *_IN_WORLD)
     pivot, velocity = entries(task, "X / arena", "Y / arena"), entries(task, "VX", "VY")
 
     def decode(seen: Array) -> Decoded:
@@ -105,7 +100,7 @@ def pivot_top(task: PivotTop) -> Decoder:
 
 def top_precession(task: TopPrecession) -> Decoder:
     """Attitude, angular velocity in body axes, and the commanded tilt."""
-    top, q, rates = policies.system_of(task), attitude(task), entries(task, *_IN_BODY)
+    top, q, rates = system_of(task), attitude(task), entries(task, *_IN_BODY)
     goal = entries(task, "goal theta")
     return lambda seen: Decoded(
         top, top.state(q=q(seen), omega_body=rates(seen)), {"goal_tilt": goal(seen)}
@@ -114,7 +109,7 @@ def top_precession(task: TopPrecession) -> Decoder:
 
 def top_random(task: TopRandom) -> Decoder:
     """Attitude and angular velocity in body axes."""
-    top, q, rates = policies.system_of(task), attitude(task), entries(task, *_IN_BODY)
+    top, q, rates = system_of(task), attitude(task), entries(task, *_IN_BODY)
     return lambda seen: Decoded(top, top.state(q=q(seen), omega_body=rates(seen)))
 
 

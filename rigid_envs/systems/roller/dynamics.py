@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from rigid_envs.engine.algebra import on_ground
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.dynamics import Dynamics
+from rigid_envs.engine.dynamics import Dynamics, unchanged
 from rigid_envs.engine.elementary import fma, sincos, sine_ratio
 
 
@@ -82,12 +82,6 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
 
 
 @scalar
-def restore(y: State) -> State:
-    """State unchanged: there is nothing to normalise."""
-    return y
-
-
-@scalar
 def invariants(y: State, p: Parameters) -> Invariants:
     """Energy (1 + beta) m v^2 / 2 + m g height [J], the height 0 at s = 0; constant without input.
 
@@ -124,7 +118,7 @@ ROLLER = Dynamics(
     derive,
     rhs,
     step,
-    restore,
+    unchanged,
     invariants,
     rate=rate,
     contact=on_ground(ground_force, 2),

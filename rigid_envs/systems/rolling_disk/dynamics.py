@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from rigid_envs.engine import algebra
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.dynamics import Dynamics
+from rigid_envs.engine.dynamics import Dynamics, unchanged
 from rigid_envs.engine.elementary import fma, sqrt
 
 
@@ -236,12 +236,6 @@ def _roll(
 
 
 @scalar
-def restore(y: State) -> State:
-    """State unchanged: `step` already normalises q."""
-    return y
-
-
-@scalar
 def invariants(y: State, p: Parameters) -> Invariants:
     """Energy [J], conserved without input.
 
@@ -294,7 +288,7 @@ ROLLING_DISK = Dynamics(
     derive,
     rhs,
     step,
-    restore,
+    unchanged,
     invariants,
     rate=rate,
     contact=algebra.on_ground(ground_force, 3),

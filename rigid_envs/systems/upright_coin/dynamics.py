@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from rigid_envs.engine import algebra
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.dynamics import Dynamics
+from rigid_envs.engine.dynamics import Dynamics, unchanged
 from rigid_envs.engine.elementary import fma, sincos
 
 
@@ -124,12 +124,6 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
 
 
 @scalar
-def restore(y: State) -> State:
-    """State unchanged: `step` already normalises q."""
-    return y
-
-
-@scalar
 def invariants(y: State, p: Parameters) -> Invariants:
     """Energy (I1 phi'^2 + (I3 + m r^2) psi'^2) / 2 - m g sin(slope) X [J], steer rate [rad/s]."""
     inertia = fma(p.m * p.radius, p.radius, p.I3)
@@ -159,7 +153,7 @@ UPRIGHT_COIN = Dynamics(
     derive,
     rhs,
     step,
-    restore,
+    unchanged,
     invariants,
     contact=algebra.on_ground(ground_force, 3),
 )

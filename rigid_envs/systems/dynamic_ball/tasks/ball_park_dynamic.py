@@ -22,6 +22,7 @@ from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.rolling_ball.symmetry import REFLECTION, TURN
 from rigid_envs.systems.rolling_ball.tasks import ball_park
 from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.parts import limited_pair
 from rigid_envs.tasks.reduction import Frame, Reduction, polar_seen, turn
 from rigid_envs.tasks.task import Rolling
 
@@ -58,14 +59,12 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """The pose after braking, as `BallPark` shows a pose; present offset and velocity."""
     X, Y, q = _stopped(y, p, c)
     frame = _frame(X, Y, q, p)
-    ahead, left = polar_seen(frame, y.X * p.inverse_radius, y.Y * p.inverse_radius)
+    offset = polar_seen(frame, y.X * p.inverse_radius, y.Y * p.inverse_radius)
     fast, across = polar_seen(frame, y.VX * p.inverse_radius, y.VY * p.inverse_radius)
     return (
         *ball_park.pose_seen(frame, X, Y, q),
-        min(max(ahead, -ball_park.FAR), ball_park.FAR),
-        min(max(left, -ball_park.FAR), ball_park.FAR),
-        min(max(fast, -_FAST), _FAST),
-        min(max(across, -_FAST), _FAST),
+        *limited_pair(offset, ball_park.FAR),
+        *limited_pair((fast, across), _FAST),
         min(math.sqrt(fma(fast, fast, across * across)), _FAST),
     )
 
@@ -184,8 +183,8 @@ def observe(
     y: State, aux: NoAuxiliary, p: Parameters, c: Constants
 ) -> tuple[float, float, float, float]:
     """Position in radii, velocity in radii per second."""
-    VX, VY = y.VX * p.inverse_radius, y.VY * p.inverse_radius
-    return (*ball_park.offset(y, p), min(max(VX, -_FAST), _FAST), min(max(VY, -_FAST), _FAST))
+    velocity = y.VX * p.inverse_radius, y.VY * p.inverse_radius
+    return (*ball_park.offset(y, p), *limited_pair(velocity, _FAST))
 
 
 def speed_bound(push: float, reach: float, gyration: float = 0.0) -> float:

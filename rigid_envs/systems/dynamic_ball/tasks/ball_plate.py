@@ -16,7 +16,7 @@ from rigid_envs.systems.dynamic_ball.dynamics import DYNAMIC_BALL, Input, Parame
 from rigid_envs.systems.dynamic_ball.symmetry import ACROSS_X, ACROSS_Y, HALF_TURN
 from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import DynamicBallTask, speed_bound
 from rigid_envs.tasks.fields import Entry, Range, physical, span
-from rigid_envs.tasks.parts import held_for
+from rigid_envs.tasks.parts import held_for, limited, limited_pair
 from rigid_envs.tasks.reduction import Reduction
 from rigid_envs.tasks.task import AuxiliaryRanges
 
@@ -87,21 +87,14 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     dx, dy = sign.x * dx, sign.y * dy
     tilt, rate = 1.0 / c.tilt_limit, 1.0 / c.tilt_rate
     return (
-        min(max(dx, -_FAR), _FAR),
-        min(max(dy, -_FAR), _FAR),
+        *limited_pair((dx, dy), _FAR),
         logarithmic(dx, c.tolerance),
         logarithmic(dy, c.tolerance),
-        min(max(sign.x * y.X, -_FAR), _FAR),
-        min(max(sign.y * y.Y, -_FAR), _FAR),
-        min(max(sign.x * y.VX, -_FAST), _FAST),
-        min(max(sign.y * y.VY, -_FAST), _FAST),
-        min(max(sign.x * sign.y * y.spin, -_FAST), _FAST),
-        min(max(sign.y * tilt * y.alpha_x, -_WIDE), _WIDE),
-        min(max(sign.x * tilt * y.alpha_y, -_WIDE), _WIDE),
-        min(max(sign.y * rate * y.rate_x, -_WIDE), _WIDE),
-        min(max(sign.x * rate * y.rate_y, -_WIDE), _WIDE),
-        min(max(sign.x * ahead_x, -_FAR), _FAR),
-        min(max(sign.y * ahead_y, -_FAR), _FAR),
+        *limited_pair((sign.x * y.X, sign.y * y.Y), _FAR),
+        *limited((sign.x * y.VX, sign.y * y.VY, sign.x * sign.y * y.spin), _FAST),
+        *limited_pair((sign.y * tilt * y.alpha_x, sign.x * tilt * y.alpha_y), _WIDE),
+        *limited_pair((sign.y * rate * y.rate_x, sign.x * rate * y.rate_y), _WIDE),
+        *limited_pair((sign.x * ahead_x, sign.y * ahead_y), _FAR),
         logarithmic(sign.x * ahead_x, c.tolerance),
         logarithmic(sign.y * ahead_y, c.tolerance),
     )
@@ -254,17 +247,11 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     dx, dy = y.X - aux.point_X, y.Y - aux.point_Y
     tilt, rate = 1.0 / c.tilt_limit, 1.0 / c.tilt_rate
     return (
-        min(max(dx, -_FAR), _FAR),
-        min(max(dy, -_FAR), _FAR),
-        min(max(y.X, -_FAR), _FAR),
-        min(max(y.Y, -_FAR), _FAR),
-        min(max(y.VX, -_FAST), _FAST),
-        min(max(y.VY, -_FAST), _FAST),
-        min(max(y.spin, -_FAST), _FAST),
-        min(max(tilt * y.alpha_x, -_WIDE), _WIDE),
-        min(max(tilt * y.alpha_y, -_WIDE), _WIDE),
-        min(max(rate * y.rate_x, -_WIDE), _WIDE),
-        min(max(rate * y.rate_y, -_WIDE), _WIDE),
+        *limited_pair((dx, dy), _FAR),
+        *limited_pair((y.X, y.Y), _FAR),
+        *limited((y.VX, y.VY, y.spin), _FAST),
+        *limited_pair((tilt * y.alpha_x, tilt * y.alpha_y), _WIDE),
+        *limited_pair((rate * y.rate_x, rate * y.rate_y), _WIDE),
     )
 
 

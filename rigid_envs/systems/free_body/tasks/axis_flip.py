@@ -193,7 +193,7 @@ def observe(
 
 
 @dataclass(frozen=True)
-class AxisFlip(shared.SpinTask):
+class AxisFlip(shared.PerturbedSpinTask):
     """Reverse the spin in the body, from e2 to -e2, by a commanded time with the least impulse.
 
     The angular momentum L is fixed in space, but not in the body: spin about the unstable
@@ -255,9 +255,6 @@ class AxisFlip(shared.SpinTask):
     n_substeps: int = 4
     spin_rate: float = setting(1.0, Number("rate Omega", "rad/s", 1e-3, 1e3))
     torque: float = 0.5
-    start_spread: float = setting(
-        0.1, Number("radius of the ball of perturbations at the start", "rad/s", 0.0, 1e3)
-    )
     flip_time: Range = setting((12.0, 20.0), Number("commanded time T", "s", 1e-3, 1e4, drawn=True))
     tolerance: float = setting(
         0.05, Number("largest spin error of a success / Omega", "1", 1e-6, 1.0)
@@ -299,7 +296,3 @@ class AxisFlip(shared.SpinTask):
         rounding = 1e-9 * self.largest_flip_time
         left = (self.least_flip_time - self.dt * elapsed - rounding, self.largest_flip_time)
         return {"time_left": left, "kept": (0.0, 1.0)}
-
-    def largest_rate(self, duration: float) -> float:
-        """Bound on the rates after full torque during the whole episode."""
-        return self.spun_up_from(self.spin_rate + self.start_spread, duration)

@@ -150,7 +150,7 @@ def outcome(
 
 
 @dataclass(frozen=True)
-class IntermediateAxis(shared.SpinTask):
+class IntermediateAxis(shared.PerturbedSpinTask):
     """Hold spin about the unstable intermediate axis e2 at the rate Omega.
 
     Free spin about the axis of the middle moment is unstable: perturbations grow, and the body
@@ -201,9 +201,7 @@ class IntermediateAxis(shared.SpinTask):
     """
 
     torque: float = 0.2
-    start_spread: float = setting(
-        0.25, Number("radius of the ball of perturbations at the start", "rad/s", 0.0, 1e3)
-    )
+    start_spread: float = 0.25
     tolerance: float = setting(
         0.05, Number("largest spin error of a success / Omega", "1", 1e-6, 1.0)
     )
@@ -227,10 +225,6 @@ class IntermediateAxis(shared.SpinTask):
     # Full torque for 30 s exceeds the envelope of the system, at more than 5 rad/s: the step is
     # then stable but less accurate. See Physics.
     envelope: ClassVar = 1.1
-
-    def largest_rate(self, duration: float) -> float:
-        """Bound on the rates after full torque during the whole episode."""
-        return self.spun_up_from(self.spin_rate + self.start_spread, duration)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from rigid_envs.engine.elementary import atan2
 from rigid_envs.engine.episode import Episode, clip_to_interval
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems.free_body.tasks.intermediate_axis import POINTING, Constants
-from rigid_envs.systems.free_body.tasks.shared import SpinTask, observe, start
+from rigid_envs.systems.free_body.tasks.shared import PerturbedSpinTask, observe, start
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.parts import Held, held_for
 
@@ -47,7 +47,7 @@ def outcome(
 
 
 @dataclass(frozen=True)
-class IntermediateAxisSingle(SpinTask):
+class IntermediateAxisSingle(PerturbedSpinTask):
     """Align the spin with the unstable intermediate axis e2 by a torque about e3 alone.
 
     Without control the spin leaves e2 and flips over. One torque is enough to hold it there if it
@@ -100,9 +100,7 @@ class IntermediateAxisSingle(SpinTask):
     n_substeps: int = 2
     spin_rate: float = setting(1.0, Number("rate Omega about e2 at the start", "rad/s", 1e-3, 1e3))
     torque: float = setting(0.45, Number("largest torque about e3", "N m", 1e-6, 1e6))
-    start_spread: float = setting(
-        0.2, Number("radius of the ball of perturbations at the start", "rad/s", 0.0, 1e3)
-    )
+    start_spread: float = 0.2
     tolerance: float = setting(
         0.05, Number("largest angle from e2 to the spin of a success", "rad", 1e-6, math.pi)
     )
@@ -131,7 +129,3 @@ class IntermediateAxisSingle(SpinTask):
     def actions(self) -> tuple[Entry, ...]:
         """Torque about e3."""
         return (Entry("tau3", "N m", "body", -self.torque, self.torque),)
-
-    def largest_rate(self, duration: float) -> float:
-        """Bound on the rates after full torque during the whole episode."""
-        return self.spun_up_from(self.spin_rate + self.start_spread, duration)

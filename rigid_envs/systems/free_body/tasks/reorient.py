@@ -68,11 +68,18 @@ def sides(theta: Vector, y: Any, c: Any) -> HalfTurn:
 
 
 @scalar
+def turn(a: Any, frame: Any) -> tuple[float, float, float]:
+    """Torque about the axes of the body."""
+    return frame.sign1 * a[0], frame.sign2 * a[1], frame.sign3 * a[2]
+
+
+@scalar
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Both goals; the turn to the goal, the rates and what braking takes."""
     achieved, desired = both_poses(y, aux)
     theta = turn_left(y, aux)
-    s1, s2, s3 = sides(theta, y, c)
+    frame = sides(theta, y, c)
+    s1, s2, s3 = frame
     w1, w2, w3 = observed_rates(y, 1.0)
     angle = math.sqrt(dot(theta, theta))
     rate = math.sqrt(fma(w1, w1, fma(w2, w2, w3 * w3)))
@@ -80,12 +87,8 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     return (
         *achieved,
         *desired,
-        s1 * theta[0],
-        s2 * theta[1],
-        s3 * theta[2],
-        s1 * w1,
-        s2 * w2,
-        s3 * w3,
+        *turn(theta, frame),
+        *turn((w1, w2, w3), frame),
         within(s1 * spare(theta[0], w1, c.middle1, c), _FAR),
         within(s2 * spare(theta[1], w2, c.middle2, c), _FAR),
         within(s3 * spare(theta[2], w3, c.middle3, c), _FAR),
@@ -102,12 +105,6 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
 def frame_of(y: Any, aux: Any, p: Any, c: Any) -> HalfTurn:
     """Half turn after which the body is seen."""
     return sides(turn_left(y, aux), y, c)
-
-
-@scalar
-def turn(a: Any, frame: Any) -> tuple[float, float, float]:
-    """Torque about the axes of the body."""
-    return frame.sign1 * a[0], frame.sign2 * a[1], frame.sign3 * a[2]
 
 
 TURNING = Reduction(

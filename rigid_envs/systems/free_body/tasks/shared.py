@@ -16,7 +16,7 @@ from rigid_envs.mechanics.system import fastest_turn
 from rigid_envs.systems.free_body.dynamics import Input, State
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.tasks.fields import Entry, Range, physical, span
-from rigid_envs.tasks.parts import Held, single_matrix
+from rigid_envs.tasks.parts import Held, limited, single_matrix
 from rigid_envs.tasks.task import Task
 
 Moments = tuple[Range, Range, Range]
@@ -75,9 +75,16 @@ class TorqueTask(BodyTask):
         return tuple(Entry(f"tau{k}", "N m", "body", -torque, torque) for k, torque in torques)
 
     def spun_up_from(self, rate: float, duration: float) -> float:
-        """Bound on the rates after full torque for a time [s] from a rate on [rad/s]."""
+        """Bound on the rates after full torque for a time [s] from a rate on [rad/s].
+
+        ``(sqrt(2 T))' = omega . tau / sqrt(2 T) <= sqrt(sum tau_k^2 / I_k)``, by the Cauchy-Schwarz
+        inequality.
+        """
         moments = (self.I1, self.I2, self.I3)
-        return fastest(moments, spun_up(moments, rate, self.torques(), duration))
+        pairs = zip(self.torques(), moments, strict=True)
+        gain = math.sqrt(sum(tau * tau / span(moment)[0] for tau, moment in pairs))
+        heaviest = max(span(moment)[1] for moment in moments)
+        return fastest(moments, rate * math.sqrt(heaviest) + duration * gain)
 
 
 @dataclass(frozen=True)
@@ -95,7 +102,10 @@ class SpinTask(TorqueTask):
 
     def _check_parameters(self) -> None:
         super()._check_parameters()
-        check_order((self.I1, self.I2, self.I3))
+        if not span(self.I1)[1] < span(self.I2)[0]:
+            raise refusal("I1", self.I1, f"less than I2 = {self.I2}")
+        if not span(self.I2)[1] < span(self.I3)[0]:
+            raise refusal("I3", self.I3, f"more than I2 = {self.I2}")
 
     def torques(self) -> tuple[float, float, float]:
         """Largest torque about each body axis [N m]; 0 where there is no actuator."""
@@ -104,6 +114,19 @@ class SpinTask(TorqueTask):
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity divided by Omega."""
         return tuple(Entry(f"omega{k} / Omega", "1", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
+
+
+@dataclass(frozen=True)
+class PerturbedSpinTask(SpinTask):
+    """A task that starts beside a spin about the intermediate axis."""
+
+    start_spread: float = setting(
+        0.1, Number("radius of the ball of perturbations at the start", "rad/s", 0.0, 1e3)
+    )
+
+    def largest_rate(self, duration: float) -> float:
+        """Bound on the rates after full torque during the whole episode."""
+        return self.spun_up_from(self.spin_rate + self.start_spread, duration)
 
 
 @scalar
@@ -127,13 +150,9 @@ def actuate(a: BodyTorque, y: State, aux: Any, p: Any, c: Any) -> tuple[State, I
 
 
 @scalar
-def observed_rates(y: State, scale: float) -> tuple[float, float, float]:
+def observed_rates(y: State, scale: float) -> Vector:
     """Angular velocity times a scale, clipped to the bounds of the observation."""
-    return (
-        min(max(scale * y.omega1, -FASTEST), FASTEST),
-        min(max(scale * y.omega2, -FASTEST), FASTEST),
-        min(max(scale * y.omega3, -FASTEST), FASTEST),
-    )
+    return limited((scale * y.omega1, scale * y.omega2, scale * y.omega3), FASTEST)
 
 
 @scalar
@@ -145,12 +164,8 @@ def observe(y: State, aux: Any, p: Any, c: Any) -> tuple[float, float, float]:
 @scalar
 def _pose(q: Quaternion, omega: Vector) -> Row:
     """The nine entries of R and omega [rad/s], rounded to float32 as in the observation."""
-    return (
-        *single_matrix(q),
-        single(min(max(omega[0], -FASTEST), FASTEST)),
-        single(min(max(omega[1], -FASTEST), FASTEST)),
-        single(min(max(omega[2], -FASTEST), FASTEST)),
-    )
+    a, b, c = limited(omega, FASTEST)
+    return (*single_matrix(q), single(a), single(b), single(c))
 
 
 @scalar
@@ -158,37 +173,6 @@ def both_poses(y: State, aux: Any) -> tuple[Row, Row]:
     """Achieved goal of the body, and desired goal, which is at rest."""
     achieved = _pose(attitude(y), (y.omega1, y.omega2, y.omega3))
     return achieved, _pose((aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z), _REST)
-
-
-def check_order(moments: Moments) -> None:
-    """Check that I1 < I2 < I3 for all values in the three ranges.
-
-    Raises:
-        ConfigError: two ranges touch or are in the wrong order.
-    """
-    I1, I2, I3 = moments
-    if not span(I1)[1] < span(I2)[0]:
-        raise refusal("I1", I1, f"less than I2 = {I2}")
-    if not span(I2)[1] < span(I3)[0]:
-        raise refusal("I3", I3, f"more than I2 = {I2}")
-
-
-def spun_up(
-    moments: Moments, rate: float, torques: tuple[float, float, float], time: float
-) -> float:
-    """Bound on sqrt(2 T) of a body after bounded torques have acted for a time.
-
-    ``(sqrt(2 T))' = omega . tau / sqrt(2 T) <= sqrt(sum tau_k^2 / I_k)``, by the Cauchy-Schwarz
-    inequality.
-
-    Args:
-        moments: principal moments [kg m^2].
-        rate: largest norm of omega at the start [rad/s].
-        torques: largest torque about each body axis [N m].
-        time: duration of the torques [s].
-    """
-    gain = sum(tau * tau / span(moment)[0] for tau, moment in zip(torques, moments, strict=True))
-    return rate * math.sqrt(max(span(moment)[1] for moment in moments)) + time * math.sqrt(gain)
 
 
 def fastest(moments: Moments, root: float) -> float:

@@ -15,7 +15,7 @@ from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks import shared
 from rigid_envs.systems.heavy_top.tasks.shared import FRAME_FORMULAS, LEAN_FORMULAS
 from rigid_envs.tasks.fields import Entry, span
-from rigid_envs.tasks.parts import Held, held_for, limited
+from rigid_envs.tasks.parts import Held, held_for, limited, limited_pair
 from rigid_envs.tasks.reduction import Frame, Reduction, frame_along, polar_seen, turn
 
 # Reduced coordinates of a symmetric top whose pivot is accelerated: `PivotTop`.
@@ -70,12 +70,10 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
         shared.share(grown, _CLOSE),
         *shared.shares(decaying[0], decaying[1], _NEAR),
         *shared.shares(tilt[0], tilt[1], _LEAN),
-        min(max(pivot[0], -_FAR), _FAR),
-        min(max(pivot[1], -_FAR), _FAR),
+        *limited_pair(pivot, _FAR),
         close * pivot[0],
         close * pivot[1],
-        min(max(velocity[0], -_FAR), _FAR),
-        min(max(velocity[1], -_FAR), _FAR),
+        *limited_pair(velocity, _FAR),
         *shared.shares(velocity[0], velocity[1], _NEAR),
         vertical(attitude(y))[2],
         min(spin, _REDUCED_FAST),
@@ -201,13 +199,10 @@ def outcome(
 def observe(y: State, aux: Held, p: Parameters, c: Constants) -> Row:
     """Angular velocity in world axes; pivot position / arena radius, and pivot velocity."""
     omega = rotate(attitude(y), (y.omega1, y.omega2, y.omega3))
-    X, Y = y.X / c.arena, y.Y / c.arena
     return (
         *limited(omega, _FAST),
-        min(max(X, -2.0), 2.0),
-        min(max(Y, -2.0), 2.0),
-        min(max(y.VX, -_FAST), _FAST),
-        min(max(y.VY, -_FAST), _FAST),
+        *limited_pair((y.X / c.arena, y.Y / c.arena), 2.0),
+        *limited_pair((y.VX, y.VY), _FAST),
     )
 
 

@@ -250,20 +250,13 @@ def lean_seen(frame: Frame, lean: Lean) -> Row:
     """The lean and its parts in a frame along the growing one; see `LEAN`."""
     growing = length(lean.growing_x, lean.growing_y)
     decaying = polar_seen(frame, lean.decaying_x, lean.decaying_y)
-    near = shares(decaying[0], decaying[1], _NEAR)
-    close = shares(decaying[0], decaying[1], _CLOSE)
-    x, y = polar_seen(frame, lean.x, lean.y)
-    tilt = shares(x, y, _LEAN)
     return (
         min(3.0 * growing, 3.0),
         share(growing, _NEAR),
         share(growing, _CLOSE),
-        near[0],
-        near[1],
-        close[0],
-        close[1],
-        tilt[0],
-        tilt[1],
+        *shares(*decaying, _NEAR),
+        *shares(*decaying, _CLOSE),
+        *shares(*polar_seen(frame, lean.x, lean.y), _LEAN),
     )
 
 

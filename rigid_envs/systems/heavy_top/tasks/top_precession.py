@@ -17,7 +17,7 @@ from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks import shared
 from rigid_envs.systems.heavy_top.tasks.shared import FRAME_FORMULAS
 from rigid_envs.tasks.fields import Entry
-from rigid_envs.tasks.parts import held_for, limited
+from rigid_envs.tasks.parts import held_for, limited, limited_pair
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, turned_back
 from rigid_envs.tasks.task import AuxiliaryRanges
 
@@ -69,8 +69,7 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
         aux.goal_tilt,
         min(spin, shared.FAST) * 0.2,
         goal_rate,
-        min(max(across, -2.0), 2.0),
-        min(max(falling, -2.0), 2.0),
+        *limited_pair((across, falling), 2.0),
         *shared.shares(off, late, _NEAR),
         *shared.shares(off, late, _CLOSE),
         *shared.shares(falling, bend, _NEAR),

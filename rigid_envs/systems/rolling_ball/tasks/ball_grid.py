@@ -16,6 +16,7 @@ from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parame
 from rigid_envs.systems.rolling_ball.symmetry import GRID_REFLECTION, QUARTER_TURN
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.tasks.fields import Entry, Range, physical
+from rigid_envs.tasks.parts import limited_pair
 from rigid_envs.tasks.reduction import Reduction
 from rigid_envs.tasks.task import Task
 
@@ -239,7 +240,7 @@ def outcome(
 def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[float, float]:
     """Position in cells."""
     scale = p.inverse_radius / _QUARTER
-    return min(max(scale * y.X, -_FAR), _FAR), min(max(scale * y.Y, -_FAR), _FAR)
+    return limited_pair((scale * y.X, scale * y.Y), _FAR)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parame
 from rigid_envs.systems.rolling_ball.symmetry import REFLECTION, TURN
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
 from rigid_envs.tasks.fields import Entry, Range, span
+from rigid_envs.tasks.parts import limited_pair
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, polar_seen, turn
 
 # Reduced coordinates of the pose of a ball relative to its goal: `BallPark` and its relatives.
@@ -32,8 +33,7 @@ OFFSET = tuple(Entry(f"{k} / radius", "1", "world", -FAR, FAR) for k in "XY")
 @scalar
 def offset(y: Any, p: Any) -> tuple[float, float]:
     """Offset of the ball in radii, clipped."""
-    X, Y = y.X * p.inverse_radius, y.Y * p.inverse_radius
-    return min(max(X, -FAR), FAR), min(max(Y, -FAR), FAR)
+    return limited_pair((y.X * p.inverse_radius, y.Y * p.inverse_radius), FAR)
 
 
 @scalar

@@ -32,7 +32,7 @@ from rigid_envs.systems.rolling_ball.tasks.ball_park import (
 )
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
 from rigid_envs.tasks.fields import Entry, span
-from rigid_envs.tasks.parts import single_matrix
+from rigid_envs.tasks.parts import limited_pair, single_matrix
 from rigid_envs.tasks.reduction import Reduction, turned_back
 from rigid_envs.tasks.symmetry import TRANSLATION
 from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
@@ -153,7 +153,7 @@ def desired_state(aux: Auxiliary) -> State:
 @scalar
 def pose(y: State) -> Row:
     """Entries of a `Goal` for the pose of y, rounded to float32 as in the observation."""
-    X, Y = min(max(y.X, -FAR), FAR), min(max(y.Y, -FAR), FAR)
+    X, Y = limited_pair((y.X, y.Y), FAR)
     return (single(X), single(Y), *single_matrix(attitude(y)))
 
 

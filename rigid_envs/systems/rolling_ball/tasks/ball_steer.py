@@ -17,6 +17,7 @@ from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parame
 from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TURN
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
 from rigid_envs.tasks.fields import Entry, Range, physical
+from rigid_envs.tasks.parts import limited, limited_pair
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, polar_seen, turn
 from rigid_envs.tasks.symmetry import TRANSLATION
 from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
@@ -40,17 +41,11 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     inverse = (aux.reference_w, -aux.reference_x, -aux.reference_y, -aux.reference_z)
     theta = axial_seen(frame, log_rotation(compose(attitude(y), inverse)))
     X, Y = y.X - aux.reference_X, y.Y - aux.reference_Y
-    ahead, left = polar_seen(frame, X * p.inverse_radius, Y * p.inverse_radius)
-    pull, push = polar_seen(frame, square * aux.force_X, square * aux.force_Y)
     return (
-        min(max(ahead, -_FAR), _FAR),
-        min(max(left, -_FAR), _FAR),
-        min(max(theta[0], -math.pi), math.pi),
-        min(max(theta[1], -math.pi), math.pi),
-        min(max(theta[2], -math.pi), math.pi),
+        *limited_pair(polar_seen(frame, X * p.inverse_radius, Y * p.inverse_radius), _FAR),
+        *limited(theta, math.pi),
         min(abs(aux.curvature) * p.radius, _BENT),
-        min(max(pull, -_BENT), _BENT),
-        min(max(push, -_BENT), _BENT),
+        *limited_pair(polar_seen(frame, square * aux.force_X, square * aux.force_Y), _BENT),
     )
 
 
@@ -206,16 +201,10 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     action = leading(aux, c)
     square = p.radius * p.radius
     return (
-        min(max(X, -_FAR), _FAR),
-        min(max(Y, -_FAR), _FAR),
-        min(max(a, -math.pi), math.pi),
-        min(max(b, -math.pi), math.pi),
-        min(max(d, -math.pi), math.pi),
-        min(max(action.VX, -1.0), 1.0),
-        min(max(action.VY, -1.0), 1.0),
-        min(max(p.radius * aux.curvature, -_BENT), _BENT),
-        min(max(square * aux.force_X, -_BENT), _BENT),
-        min(max(square * aux.force_Y, -_BENT), _BENT),
+        *limited_pair((X, Y), _FAR),
+        *limited((a, b, d), math.pi),
+        *limited_pair((action.VX, action.VY), 1.0),
+        *limited((p.radius * aux.curvature, square * aux.force_X, square * aux.force_Y), _BENT),
     )
 
 

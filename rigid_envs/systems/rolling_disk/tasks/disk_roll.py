@@ -17,7 +17,7 @@ from rigid_envs.systems.rolling_disk.dynamics import ROLLING_DISK, Input, Parame
 from rigid_envs.systems.rolling_disk.symmetry import EXCHANGE, PHASE, REFLECTION, TURN
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.tasks.fields import Entry, Range, physical, span
-from rigid_envs.tasks.parts import held_for
+from rigid_envs.tasks.parts import held_for, limited
 from rigid_envs.tasks.reduction import Reduction, Side, turn_one
 from rigid_envs.tasks.symmetry import TRANSLATION
 from rigid_envs.tasks.task import AuxiliaryRanges, Rolling
@@ -306,9 +306,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     motion = rolling(y)
     return (
         atan2(motion.sin_lean, motion.cos_lean),
-        min(max(motion.lean_rate, -_FAST), _FAST),
-        min(max(motion.turn_rate, -_FAST), _FAST),
-        min(max(motion.roll_rate, -_FAST), _FAST),
+        *limited((motion.lean_rate, motion.turn_rate, motion.roll_rate), _FAST),
         motion.curvature,
         aux.goal_curvature,
     )

@@ -17,6 +17,7 @@ from rigid_envs.systems.upright_coin.dynamics import UPRIGHT_COIN, Input, Parame
 from rigid_envs.systems.upright_coin.symmetry import ACROSS, ALONG
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.tasks.fields import Entry, Range, physical, span
+from rigid_envs.tasks.parts import limited_pair
 from rigid_envs.tasks.reduction import Reduction
 from rigid_envs.tasks.task import Rolling
 
@@ -63,7 +64,7 @@ class Reach(NamedTuple):
 def reach(y: Any, p: Any) -> Reach:
     """What has to be rolled, and the signs with which the mismatch and Y are positive."""
     scale = 1.0 / p.radius
-    X, Y = min(max(scale * y.X, -FAR), FAR), min(max(scale * y.Y, -FAR), FAR)
+    X, Y = limited_pair((scale * y.X, scale * y.Y), FAR)
     phase = atan2(fma(y.x, y.z, -y.w * y.y), fma(y.w, y.x, y.y * y.z))
     mismatch = wrapped(X + phase)
     return Reach(
@@ -243,8 +244,7 @@ def outcome(
 @scalar
 def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[float, float]:
     """Position in radii."""
-    X, Y = y.X / p.radius, y.Y / p.radius
-    return min(max(X, -FAR), FAR), min(max(Y, -FAR), FAR)
+    return limited_pair((y.X / p.radius, y.Y / p.radius), FAR)
 
 
 @dataclass(frozen=True)
