@@ -225,9 +225,7 @@ class Equations(abc.ABC):
             MissingPackageError: CasADi is not installed; names the command that installs it.
             ValueError: a name that is no physical parameter.
         """
-        from rigid_envs.mechanics.symbolic import (
-            SymbolicModel,  # imports an optional package: only here
-        )
+        from rigid_envs.mechanics.symbolic import SymbolicModel  # an optional package: only here
 
         return SymbolicModel(self.dynamics, asdict(self), tuple(free))
 

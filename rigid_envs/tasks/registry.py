@@ -5,6 +5,7 @@ What a table, page, test or score needs beside the task class is read here. Code
 """
 
 import importlib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -131,13 +132,15 @@ def _ours(task: str, max_episode_steps: int, metrics: str, **more: Any) -> None:
             class, which is that of the id.
         max_episode_steps: Time limit in steps.
         metrics: Names of the metrics, separated by blanks; the first one is the cost.
-        **more: Other entries of the record; code is named relative to the references of the system.
+        **more: Other entries of the record; code is named relative to the references of the system,
+            where the decoder has the name of the task in lower case, unless it is given.
     """
     system, _, name = task.partition(":")
     room = f"rigid_envs.systems.{system}"
     for key in ("controllers", "limits"):
         codes = more.get(key, {})
         more[key] = {label: f"{room}.references:{code}" for label, code in codes.items()}
+    more.setdefault("decoder", re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower())
     for key in ("decoder", "predictive", "conditions"):
         if key in more:
             more[key] = f"{room}.references:{more[key]}"
@@ -159,7 +162,6 @@ _ours(
     "effort success return time error",
     error=_SPIN,
     controllers={"lqr": "spin_regulator", "energy_casimir": "energy_casimir"},
-    decoder="intermediate_axis",
     predictive="held_spin",
     conditions="SPINNING",
 )
@@ -187,7 +189,6 @@ _ours(
     250,
     "effort success return",
     controllers={"timed": "timed_flip", "brute_force": "forced_flip"},
-    decoder="axis_flip",
     conditions="FLIPPED",
 )
 _ours(
@@ -195,7 +196,6 @@ _ours(
     50,
     "loss success return time effort",  # its least is known exactly
     controllers={"riccati": "momentum_regulator", "brake": "momentum_brake"},
-    decoder="detumble",
     limits={"loss": "DETUMBLE_LOSS", "time": "DETUMBLE_TIME"},
 )
 _ours(
@@ -204,7 +204,6 @@ _ours(
     "time success return effort",
     goal=True,
     controllers={"quaternion_pd": "quaternion_pd"},
-    decoder="reorient",
     limits={"time": "REORIENT_TIME"},
     conditions="TURNED",
 )
@@ -214,7 +213,6 @@ _ours(
     "effort success return time error",
     error=_TILT,
     controllers={"lqr": "upright_balance"},
-    decoder="sleeping_top",
     conditions="UPRIGHT",
 )
 _ours(
@@ -223,7 +221,6 @@ _ours(
     "path success return time",
     early_end=_LAXER_POSE,
     controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
-    decoder="ball_park",
     limits={"path": "BALL_PATH"},
     conditions="PARKED",
 )
@@ -233,7 +230,6 @@ _ours(
     "path success return time",
     goal=True,
     controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
-    decoder="ball_park_goal",
     limits={"path": "BALL_PATH"},
     conditions="PARKED",
 )
@@ -245,7 +241,6 @@ _ours(
     "time success return effort",
     early_end={**_LAXER_POSE, "speed_tolerance": 5.0},
     controllers={"three_rolls": "pushed"},
-    decoder="ball_park_dynamic",
     limits={"time": "PUSHED_BALL_TIME"},
     conditions="STOPPED",
 )
@@ -255,7 +250,6 @@ _ours(
     "error success return path",
     error=ErrorTerm("close", 5.0, "pose error [radii and rad]"),
     controllers={"lqr": "far_sighted", "damping": "damped"},
-    decoder="ball_steer",
     limits={"error": "BALL_STEER_ERROR"},
 )
 _ours(
@@ -265,7 +259,6 @@ _ours(
     early_end={"margin": 0.1, "start_speed": 5.0, "n_substeps": 4},
     error=ErrorTerm("near", 5.0, "distance from the point [m]"),
     controllers={"lqr": "plate_regulator"},
-    decoder="ball_plate",
     predictive="held_ball",
 )
 _ours(
@@ -274,7 +267,6 @@ _ours(
     "path success return time",
     early_end={"start_cells": 0},
     controllers={"breadth_first": "quarter_rolls"},
-    decoder="ball_grid",
     limits={"path": "GRID_PATH", "time": "GRID_TIME"},
 )
 _ours(
@@ -283,7 +275,6 @@ _ours(
     "time success return",
     early_end={"dt": 1.0, "n_substeps": 20, "start_part": 0.99, "beta_change": 3.0},
     controllers={"bang_bang": "pump"},
-    decoder="roll_pump",
     limits={"time": "ROLL_PUMP_TIME"},
 )
 _ours(
@@ -293,7 +284,6 @@ _ours(
     early_end={"arena": 0.02},
     error=_TILT,
     controllers={"lqr": "pivot_balance"},
-    decoder="pivot_top",
     predictive="balanced_top",
     conditions="BALANCED",
 )
@@ -303,7 +293,6 @@ _ours(
     "effort success return time error",
     error=ErrorTerm("tilt", 10.0, "tilt off the commanded one [rad]"),
     controllers={"lqr": "precession_regulator"},
-    decoder="top_precession",
     conditions="PRECESSING",
 )
 _ours(
@@ -312,7 +301,6 @@ _ours(
     "effort success return time error",
     error=_TILT,
     controllers={"lqr": "asymmetric_balance"},
-    decoder="top_random",
     conditions="UPRIGHT_IN_BODY",
 )
 _variant("SleepingTopRandom", "SleepingTop")
@@ -322,7 +310,6 @@ _ours(
     "path success return time",
     early_end={"position_tolerance": 1.5, "heading_tolerance": 1.5, "phase_tolerance": 1.5},
     controllers={"two_rolls": "two_rolls"},
-    decoder="coin_park",
     limits={"path": "COIN_PATH"},
     conditions="PARKED",
 )
@@ -333,6 +320,5 @@ _ours(
     early_end={"start_lean": 1.0},
     error=ErrorTerm("circle", 10.0, "relative error of the curvature"),
     controllers={"lqr": "circle_regulator"},
-    decoder="disk_roll",
 )
 _variant("DiskRollRandom", "DiskRoll")

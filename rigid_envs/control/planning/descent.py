@@ -233,13 +233,9 @@ def looked_at(
                 directions.append(whole)
                 values.append((whole * errors[at, row]).sum(axis=1))
                 bounds.append(aside if k else along)
-    return Rows(
-        np.stack(steps, axis=1),
-        np.stack(directions, axis=1),
-        np.stack(values, axis=1),
-        np.stack(bounds, axis=1),
-        excess,
-    )
+    stacked: list[Any] = [np.stack(each, axis=1) for each in (steps, directions, values, bounds)]
+    stacked.append(excess)
+    return Rows(*stacked)
 
 
 def axes_along(e: Array) -> Array:

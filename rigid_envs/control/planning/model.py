@@ -149,10 +149,8 @@ def first_steps(core: Core, n_steps: int) -> Integers:
     """
     task: Any = core.task
     if "time_left" in task.aux_names:
-        due: Integers = np.ceil(core.auxiliary("time_left") / task.dt - _ROUNDING_OF_TIME).astype(
-            np.int64
-        )
-        return due
+        left = core.auxiliary("time_left") / task.dt
+        return np.asarray(np.ceil(left - _ROUNDING_OF_TIME), dtype=np.int64)
     held = max(1, round(getattr(task, "hold", 0.0) / task.dt))
     return np.full(core.n_rows, n_steps - held + 1)
 

@@ -8,15 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.base.checks import (
-    Array,
-    all_positive,
-    array,
-    exact_array,
-    number,
-    positive_array,
-    require,
-)
+from rigid_envs.base import checks
+from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import special
 
 # Angular velocity of a free body by Jacobi elliptic functions.
@@ -87,11 +80,11 @@ class Polhode:
 
     def argument(self, t: ArrayLike) -> Array:
         """Argument u of the elliptic functions at the times t [s], of the shape of t."""
-        times = array(t, "t")
+        times = checks.array(t, "t")
         with np.errstate(over="ignore"):
             turned = self.rate * times
         expected = f"times with a finite phase at {self.rate:.9g} rad/s [s]"
-        require(np.isfinite(turned), times, "t", expected)
+        checks.require(np.isfinite(turned), times, "t", expected)
         return self.start + turned
 
     def to_body(self, normal: Array) -> Array:
@@ -119,8 +112,8 @@ def polhode(moments: ArrayLike, omega0: ArrayLike) -> Polhode:
 
     Source: Landau & Lifshitz, par. 37.
     """
-    inertia = positive_array(moments, "moments", "kg m^2", 3)
-    rates = exact_array(omega0, "omega0", 3)
+    inertia = checks.positive_array(moments, "moments", "kg m^2", 3)
+    rates = checks.exact_array(omega0, "omega0", 3)
     heft, size = _power_of_two(inertia), _power_of_two(rates)
     momentum = _momentum(inertia, rates, heft, size)
     axes, signs, gap = _normal_frame(inertia / heft, rates / size)
@@ -174,7 +167,7 @@ def _momentum(inertia: Array, rates: Array, heft: float, size: float) -> float:
     momentum = heft * (size * float(np.linalg.norm((inertia / heft) * (rates / size))))
     normal = not np.any(rates) or np.finfo(np.float64).tiny <= momentum < math.inf
     expected = "an angular momentum within double precision: choose other units"
-    require(bool(normal), rates, "omega0", expected)
+    checks.require(bool(normal), rates, "omega0", expected)
     return momentum
 
 
@@ -227,7 +220,7 @@ def growth_rate(moments: ArrayLike, spin: float) -> float:
     Source: Goldstein, sec. 5.6; Landau & Lifshitz, par. 37, problem 1.
     """
     a, b, c = _ascending(moments)
-    return abs(number(spin, "spin")) * math.sqrt((b - a) / a * ((c - b) / c))
+    return abs(checks.number(spin, "spin")) * math.sqrt((b - a) / a * ((c - b) / c))
 
 
 def oscillation_rates(moments: ArrayLike, spin: float) -> tuple[float, float]:
@@ -249,14 +242,14 @@ def oscillation_rates(moments: ArrayLike, spin: float) -> tuple[float, float]:
     Source: Goldstein, sec. 5.6; Landau & Lifshitz, par. 37, problem 1.
     """
     a, b, c = _ascending(moments)
-    size = abs(number(spin, "spin"))
+    size = abs(checks.number(spin, "spin"))
     smallest, largest = (b - a) / b * ((c - a) / c), (c - a) / a * ((c - b) / b)
     return size * math.sqrt(smallest), size * math.sqrt(largest)
 
 
 def _ascending(moments: ArrayLike) -> tuple[float, float, float]:
     """Principal moments, checked and sorted."""
-    inertia = positive_array(moments, "moments", "kg m^2", 3)
+    inertia = checks.positive_array(moments, "moments", "kg m^2", 3)
     a, b, c = sorted(float(x) for x in inertia)
     return a, b, c
 
@@ -375,8 +368,8 @@ def chandler_period(omega3: float, *, i_perp: float, i3: float) -> float:
 
     Source: Goldstein, sec. 5.6; Landau & Lifshitz, par. 33.
     """
-    rate = abs(number(omega3, "omega3"))
-    require(rate > 0.0, omega3, "omega3", "a rate other than 0 [rad/s]")
+    rate = abs(checks.number(omega3, "omega3"))
+    checks.require(rate > 0.0, omega3, "omega3", "a rate other than 0 [rad/s]")
     return 2.0 * math.pi * chandler_turns(i_perp=i_perp, i3=i3) / rate
 
 
@@ -392,17 +385,17 @@ def chandler_turns(*, i_perp: float, i3: float) -> float:
 
     Source: Goldstein, sec. 5.6.
     """
-    all_positive(i_perp=i_perp, i3=i3)
-    require(i3 > i_perp, i3, "i3", f"above i_perp = {i_perp}: use symmetric_rates")
+    checks.all_positive(i_perp=i_perp, i3=i3)
+    checks.require(i3 > i_perp, i3, "i3", f"above i_perp = {i_perp}: use symmetric_rates")
     return i_perp / (i3 - i_perp)
 
 
 def _symmetric(moments: ArrayLike, omega0: ArrayLike) -> tuple[Array, Array, int]:
     """Moments and rates, checked, and the body axis of symmetry."""
-    inertia = positive_array(moments, "moments", "kg m^2", 3)
-    rates = exact_array(omega0, "omega0", 3)
+    inertia = checks.positive_array(moments, "moments", "kg m^2", 3)
+    rates = checks.exact_array(omega0, "omega0", 3)
     axes = [k for k in (2, 1, 0) if inertia[k - 2] == inertia[k - 1]]
-    require(bool(axes), inertia, "moments", "two equal: use polhode instead")
+    checks.require(bool(axes), inertia, "moments", "two equal: use polhode instead")
     return inertia, rates, axes[0]
 
 
@@ -553,8 +546,8 @@ def poinsot(moments: ArrayLike, omega0: ArrayLike) -> Poinsot:
     path = polhode(moments, omega0)
     (j1, j2, j3), (a1, a2, _) = path.moments, path.amplitudes
     momentum, share = path.momentum, _shares(path)[2]
-    rates = exact_array(omega0, "omega0", 3)
-    distance = float(rates @ _direction(path, exact_array(moments, "moments", 3) * rates))
+    rates = checks.exact_array(omega0, "omega0", 3)
+    distance = float(rates @ _direction(path, checks.exact_array(moments, "moments", 3) * rates))
     return Poinsot(
         momentum=momentum,
         energy=0.5 * momentum * distance,
@@ -585,7 +578,10 @@ def invariable_plane(moments: ArrayLike, omega0: ArrayLike, q0: ArrayLike) -> tu
     Source: Goldstein, sec. 5.6.
     """
     path, q = polhode(moments, omega0), special.normalized(q0, "q0")
-    inertia, rates = exact_array(moments, "moments", 3), exact_array(omega0, "omega0", 3)
+    inertia, rates = (
+        checks.exact_array(moments, "moments", 3),
+        checks.exact_array(omega0, "omega0", 3),
+    )
     body = _direction(path, inertia * rates)
     pure = np.concatenate([np.zeros(1), body])
     world = special.product(special.product(q, pure), special.conjugate(q))[1:]

@@ -10,16 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from rigid_envs.base.checks import (
-    Array,
-    all_finite,
-    all_positive,
-    array,
-    exact_array,
-    number,
-    real_numbers,
-    require,
-)
+from rigid_envs.base import checks
+from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import special
 
 # Constants of a top's motion from its initial state, in exact arithmetic.
@@ -105,8 +97,8 @@ def _start_of(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl
         ValueError: a moment or mgl that is not positive, a quaternion that is not unit, a wrong
             shape, or a number that is not finite.
     """
-    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    rates = exact_array(omega0, "omega0", 3)
+    checks.all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    rates = checks.exact_array(omega0, "omega0", 3)
     expected = (
         "rates, moments and weight whose ratios double precision has: I omega^2 / mgl and "
         "(I3 omega3)^2 / (I mgl) below 1e100"
@@ -116,7 +108,7 @@ def _start_of(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl
     except OverflowError:
         raise ValueError(f"omega0 = {rates.tolist()}; expected {expected}") from None
     largest = max(map(abs, start.upright.cubic + start.hanging.cubic))
-    require(largest < 1e100, rates, "omega0", expected)
+    checks.require(largest < 1e100, rates, "omega0", expected)
     return start
 
 
@@ -125,7 +117,7 @@ def _start(rates: list[float], q0: ArrayLike, i_perp: float, i3: float, mgl: flo
     unit = special.normalized(q0, "q0").tolist()
     swing = math.sqrt(mgl / i_perp)
     w1, w2, w3 = _exact(rates[0], swing), _exact(rates[1], swing), Fraction(rates[2])
-    qw, qx, qy, qz = (_exact(x, 1.0) for x in exact_array(q0, "q0", 4).tolist())
+    qw, qx, qy, qz = (_exact(x, 1.0) for x in checks.exact_array(q0, "q0", 4).tolist())
     square = qw * qw + qx * qx + qy * qy + qz * qz
     # gamma = R^T e_z; its third component is u.
     gamma1, gamma2 = 2 * (qx * qz - qw * qy) / square, 2 * (qy * qz + qw * qx) / square
@@ -265,7 +257,7 @@ class Nutation:
 
     def argument(self, t: ArrayLike) -> Array:
         """Argument of the elliptic functions at the times t [s], of the shape of t."""
-        return self.start + self.rate * array(t, "t")
+        return self.start + self.rate * checks.array(t, "t")
 
 
 def nutation(omega0: ArrayLike, q0: ArrayLike, *, i_perp: float, i3: float, mgl: float) -> Nutation:
@@ -472,7 +464,9 @@ class _Wave:
         factor, slope = self.p * F + 1j * self.q * G, self.p * F_slope + 1j * self.q * G_slope
         under = 1.0 + self.nu * sn * sn
         growth = (1j * self.depth * cn * cn - self.nu * sn * cn * dn) / under
-        turn = np.exp(1j * (self.spin * array(t, "t") + self._phase(t))) / np.sqrt(2.0 * under)
+        turn = np.exp(1j * (self.spin * checks.array(t, "t") + self._phase(t))) / np.sqrt(
+            2.0 * under
+        )
         rate = swing.rate * (slope + growth * factor) + 1j * self.drift * factor
         return self.turn * factor * turn, self.turn * rate * turn
 
@@ -497,7 +491,7 @@ class _Wave:
         """Phase of the exponential but for the spin, 0 at t = 0 [rad]."""
         u = self.swing.argument(t)
         turned = self._bounded(u) - self._bounded(np.array(self.swing.start))
-        return np.asarray(self.drift * array(t, "t") + self.depth * turned)
+        return np.asarray(self.drift * checks.array(t, "t") + self.depth * turned)
 
     def _bounded(self, u: Array) -> Array:
         return special.cn2_integral(u, self.nu, self.swing.m1)
@@ -684,7 +678,7 @@ def _phi_and_psi(first: _Wave, second: _Wave, t: ArrayLike) -> tuple[Array, Arra
     """Sum and difference of the phases of w + i z and of x + i y; what is opposite cancels."""
     (turns1, rest1), (turns2, rest2) = first.argument(t), second.argument(t)
     phi = np.pi * (turns1 + turns2) + (rest1 + rest2)
-    psi = np.pi * (turns1 - turns2) + (rest1 - rest2) + 2.0 * first.spin * array(t, "t")
+    psi = np.pi * (turns1 - turns2) + (rest1 - rest2) + 2.0 * first.spin * checks.array(t, "t")
     return phi, psi
 
 
@@ -796,9 +790,9 @@ def effective_potential(
 
     Source: Goldstein, sec. 5.7.
     """
-    all_positive(i_perp=i_perp, mgl=mgl)
-    all_finite(p_phi=p_phi, p_psi=p_psi)
-    tilt = array(theta, "theta")
+    checks.all_positive(i_perp=i_perp, mgl=mgl)
+    checks.all_finite(p_phi=p_phi, p_psi=p_psi)
+    tilt = checks.array(theta, "theta")
     sin, cos = np.sin(0.5 * tilt), np.cos(0.5 * tilt)
     with np.errstate(divide="ignore", over="ignore"):
         above = (p_phi - p_psi) * cos / sin if p_phi != p_psi else 0.0
@@ -828,9 +822,9 @@ def steady_precession(
 
     Source: Goldstein, sec. 5.7; Landau & Lifshitz, par. 35.
     """
-    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    spin, fall = i3 / i_perp * array(omega3, "omega3"), mgl / i_perp  # in units of I
-    level = np.cos(array(theta, "theta"))
+    checks.all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    spin, fall = i3 / i_perp * checks.array(omega3, "omega3"), mgl / i_perp  # in units of I
+    level = np.cos(checks.array(theta, "theta"))
     # Both roots from the one sum that does not cancel.
     with np.errstate(divide="ignore", invalid="ignore"):
         total = spin + np.copysign(np.sqrt(spin * spin - 4.0 * level * fall), spin)
@@ -858,9 +852,9 @@ def nutation_frequency(
 
     Source: Whittaker, ch. VI.
     """
-    all_positive(i_perp=i_perp, i3=i3)
-    theta, rate = array(theta, "theta"), real_numbers(precession, "precession")
-    spin = i3 / i_perp * array(omega3, "omega3")
+    checks.all_positive(i_perp=i_perp, i3=i3)
+    theta, rate = checks.array(theta, "theta"), checks.real_numbers(precession, "precession")
+    spin = i3 / i_perp * checks.array(omega3, "omega3")
     frequency = np.hypot(rate * np.sin(theta), spin - 2.0 * rate * np.cos(theta))
     return np.asarray(frequency, dtype=np.float64)
 
@@ -881,8 +875,8 @@ def steady_threshold(theta: ArrayLike, *, i_perp: float, i3: float, mgl: float) 
 
     Source: Goldstein, sec. 5.7.
     """
-    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    level = np.maximum(np.cos(array(theta, "theta")), 0.0)
+    checks.all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    level = np.maximum(np.cos(checks.array(theta, "theta")), 0.0)
     return np.asarray(2.0 * np.sqrt(mgl / i_perp * level) / (i3 / i_perp), dtype=np.float64)
 
 
@@ -899,7 +893,7 @@ def sleeping_threshold(*, i_perp: float, i3: float, mgl: float) -> float:
 
     Source: Goldstein, sec. 5.7.
     """
-    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    checks.all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
     return 2.0 * math.sqrt(mgl / i_perp) / (i3 / i_perp)
 
 
@@ -923,8 +917,8 @@ def sleeping_exponents(
 
     Source: Goldstein, sec. 5.7; Whittaker, ch. VI.
     """
-    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    half, fall = i3 * number(omega3, "omega3") / (2.0 * i_perp), math.sqrt(mgl / i_perp)
+    checks.all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    half, fall = i3 * checks.number(omega3, "omega3") / (2.0 * i_perp), math.sqrt(mgl / i_perp)
     excess = (abs(half) - fall) * (abs(half) + fall)
     if excess < 0.0:
         growth = math.sqrt(-excess)
@@ -955,11 +949,11 @@ def homoclinic_tilt(t: ArrayLike, omega3: float, *, i_perp: float, i3: float, mg
     Source: Whittaker, ch. VI: the cubic with a double root at the vertical.
     """
     threshold = sleeping_threshold(i_perp=i_perp, i3=i3, mgl=mgl)
-    below = abs(number(omega3, "omega3")) < threshold
-    require(below, omega3, "omega3", f"below the threshold {threshold} [rad/s]")
+    below = abs(checks.number(omega3, "omega3")) < threshold
+    checks.require(below, omega3, "omega3", f"below the threshold {threshold} [rad/s]")
     ratio = abs(omega3) / threshold
     growth = sleeping_exponents(omega3, i_perp=i_perp, i3=i3, mgl=mgl)[0].real
-    _, sech, _ = special.jacobi(growth * array(t, "t"), 0.0)
+    _, sech, _ = special.jacobi(growth * checks.array(t, "t"), 0.0)
     return 2.0 * np.arcsin(math.sqrt((1.0 - ratio) * (1.0 + ratio)) * sech)
 
 
@@ -1004,9 +998,9 @@ def fast_top(
 
     Source: Goldstein, sec. 5.7, "the fast top".
     """
-    all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
-    tilt, rates = np.broadcast_arrays(array(theta, "theta"), array(omega3, "omega3"))
-    require(rates != 0.0, rates, "omega3", "a spin other than 0 [rad/s]")
+    checks.all_positive(i_perp=i_perp, i3=i3, mgl=mgl)
+    tilt, rates = np.broadcast_arrays(checks.array(theta, "theta"), checks.array(omega3, "omega3"))
+    checks.require(rates != 0.0, rates, "omega3", "a spin other than 0 [rad/s]")
     spin, fall = i3 / i_perp * rates, mgl / i_perp  # in units of I
     return FastTop(
         precession=fall / spin,

@@ -10,15 +10,8 @@ from numpy.polynomial import Chebyshev, chebyshev
 from numpy.typing import ArrayLike
 from scipy.special import roots_legendre
 
-from rigid_envs.base.checks import (
-    Array,
-    all_finite,
-    all_positive,
-    between,
-    number,
-    positive,
-    require,
-)
+from rigid_envs.base import checks
+from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import special
 
 # The mass properties of a disk, checked, in units of its own.
@@ -70,12 +63,12 @@ def _disk_of(*, m: float, radius: float, i_perp: float, i3: float) -> _Disk:
     Raises:
         ValueError: one of them is not positive, or a moment is far from m radius^2.
     """
-    all_positive(m=m, radius=radius, i_perp=i_perp, i3=i3)
+    checks.all_positive(m=m, radius=radius, i_perp=i_perp, i3=i3)
     moments = {"i_perp": i_perp, "i3": i3}
     ratios = {name: moment / m / radius / radius for name, moment in moments.items()}
     for name, ratio in ratios.items():
         near = 1e-100 < ratio < 1e100
-        require(near, moments[name], name, "1e-100 to 1e100 times m radius^2")
+        checks.require(near, moments[name], name, "1e-100 to 1e100 times m radius^2")
     return _Disk(m, radius, **ratios)
 
 
@@ -139,13 +132,13 @@ def steady_circle(
     """
     disk = _checked(theta, m, radius, i_perp, i3, g)
     sine, cosine = math.sin(theta), math.cos(theta)
-    apart = number(contact_radius, "contact_radius") / radius - cosine
+    apart = checks.number(contact_radius, "contact_radius") / radius - cosine
     grip = disk.i_perp * cosine + disk.axial * apart
     expected = (
         f"one further outside at theta = {theta}: there the disk's inertia turns it down as its "
         "weight does"
     )
-    require(cosine * grip > 0.0, contact_radius, "contact_radius", expected)
+    checks.require(cosine * grip > 0.0, contact_radius, "contact_radius", expected)
     precession = math.sqrt(g / radius * cosine / (sine * grip))
     return _circle(theta, precession, -precession * apart, disk, g)
 
@@ -179,7 +172,7 @@ def steady_precession(
     disk = _checked(theta, m, radius, i_perp, i3, g)
     sine, cosine = math.sin(theta), math.cos(theta)
     weight, square = g / radius * cosine, disk.i_perp * sine * cosine
-    push = disk.axial * number(omega3, "omega3") * sine
+    push = disk.axial * checks.number(omega3, "omega3") * sine
     # Both roots from the one sum that does not cancel.
     total = push + math.copysign(math.sqrt(push * push + 4.0 * square * weight), push)
     rates = -2.0 * weight / total, total / (2.0 * square)
@@ -208,8 +201,8 @@ def stationary_centre_precession(
 
     Source: Moffatt (2000), Nature 404:833, doi:10.1038/35009017.
     """
-    all_positive(m=m, radius=radius, i_perp=i_perp, g=g)
-    between(number(theta, "theta"), "theta", 0.0, math.pi)
+    checks.all_positive(m=m, radius=radius, i_perp=i_perp, g=g)
+    checks.between(checks.number(theta, "theta"), "theta", 0.0, math.pi)
     return math.sqrt(m * g * radius / (i_perp * math.sin(theta)))
 
 
@@ -245,14 +238,14 @@ def lean_frequency_squared(
     Source: O'Reilly (1996).
     """
     disk = _checked(theta, m, radius, i_perp, i3, g)
-    rate, axial = number(precession, "precession"), number(omega3, "omega3")
+    rate, axial = checks.number(precession, "precession"), checks.number(omega3, "omega3")
     return _frequency_squared(theta, rate, axial, disk, g)
 
 
 def _checked(theta: float, m: float, radius: float, i_perp: float, i3: float, g: float) -> _Disk:
     """The disk, after lean and gravity are checked, too."""
-    positive(g, "g")
-    between(number(theta, "theta"), "theta", 0.0, math.pi)
+    checks.positive(g, "g")
+    checks.between(checks.number(theta, "theta"), "theta", 0.0, math.pi)
     return _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
 
 
@@ -322,10 +315,10 @@ def legendre_constants(
         doi:10.1070/RD2003v008n02ABEH000237.
     """
     disk = _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
-    between(number(theta, "theta"), "theta", 0.0, math.pi)
-    spin = number(phi_rate, "phi_rate") * math.sin(theta)
+    checks.between(checks.number(theta, "theta"), "theta", 0.0, math.pi)
+    spin = checks.number(phi_rate, "phi_rate") * math.sin(theta)
     axial, across = _basis(np.asarray(theta), disk)
-    c1, c2 = np.linalg.solve(np.stack([axial, across]), [number(omega3, "omega3"), spin])
+    c1, c2 = np.linalg.solve(np.stack([axial, across]), [checks.number(omega3, "omega3"), spin])
     return float(c1), float(c2)
 
 
@@ -351,8 +344,8 @@ def spins(
 
     Source: as `legendre_constants`.
     """
-    all_finite(c1=c1, c2=c2)
-    angle = between(theta, "theta", 0.0, math.pi)
+    checks.all_finite(c1=c1, c2=c2)
+    angle = checks.between(theta, "theta", 0.0, math.pi)
     p, axial = _solution(angle, c1, c2, _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3))
     return p / np.sin(angle), axial
 
@@ -390,9 +383,9 @@ def effective_potential(
 
     Source: O'Reilly (1996).
     """
-    positive(g, "g")
-    all_finite(c1=c1, c2=c2)
-    angle = between(theta, "theta", 0.0, math.pi)
+    checks.positive(g, "g")
+    checks.all_finite(c1=c1, c2=c2)
+    angle = checks.between(theta, "theta", 0.0, math.pi)
     disk = _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
     return disk.joules(_potential(angle, *_solution(angle, c1, c2, disk), disk, g))
 
@@ -496,11 +489,11 @@ def fall(
     Source: O'Reilly (1996); Borisov, Mamaev & Kilin (2003), Reg. Chaotic Dyn. 8:201,
         doi:10.1070/RD2003v008n02ABEH000237.
     """
-    positive(g, "g")
+    checks.positive(g, "g")
     body = {"m": m, "radius": radius, "i_perp": i_perp, "i3": i3}
     c1, c2 = legendre_constants(theta, phi_rate, omega3, **body)
     disk = _disk_of(**body)
-    kinetic = 0.5 * disk.tipping * number(theta_rate, "theta_rate") ** 2
+    kinetic = 0.5 * disk.tipping * checks.number(theta_rate, "theta_rate") ** 2
     start, slope = math.log(math.tan(0.5 * theta)), _slope(c1, c2, disk, g)
     low, high = (_turning_point(start, way, kinetic, slope) for way in (-1.0, 1.0))
     if 0.5 * (high - low) > _HARMONIC:
@@ -620,7 +613,7 @@ def rolling_threshold(*, m: float, radius: float, i_perp: float, i3: float, g: f
 
     Source: Routh, Advanced Part, par. 244; Bloch, Nonholonomic Mechanics and Control, sec. 1.5.
     """
-    positive(g, "g")
+    checks.positive(g, "g")
     disk = _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
     return math.sqrt(disk.i_perp / (disk.i3 * disk.axial)) * math.sqrt(g / radius)
 
@@ -641,7 +634,7 @@ def spinning_threshold(*, m: float, radius: float, i_perp: float, g: float) -> f
 
     Source: Routh, Advanced Part, par. 244.
     """
-    all_positive(m=m, radius=radius, i_perp=i_perp, g=g)
+    checks.all_positive(m=m, radius=radius, i_perp=i_perp, g=g)
     return math.sqrt(m * g * radius / (i_perp + m * radius * radius))
 
 
@@ -669,7 +662,7 @@ def rolling_exponent(
     least = rolling_threshold(m=m, radius=radius, i_perp=i_perp, i3=i3, g=g)
     disk = _disk_of(m=m, radius=radius, i_perp=i_perp, i3=i3)
     factor = disk.i3 * disk.axial / (disk.i_perp * disk.tipping)
-    return _exponent(factor, least, number(omega3, "omega3"))
+    return _exponent(factor, least, checks.number(omega3, "omega3"))
 
 
 def spinning_exponent(
@@ -692,7 +685,7 @@ def spinning_exponent(
     Source: Routh, Advanced Part, par. 244.
     """
     least = spinning_threshold(m=m, radius=radius, i_perp=i_perp, g=g)
-    return _exponent(1.0, least, number(phi_rate, "phi_rate"))
+    return _exponent(1.0, least, checks.number(phi_rate, "phi_rate"))
 
 
 def _exponent(factor: float, threshold: float, rate: float) -> complex:

@@ -88,10 +88,7 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 FLIP = saddle.half_turned(
     features=(
-        *(
-            Entry(f"omega{k} / Omega", "1", "reduced", -shared.FASTEST, shared.FASTEST)
-            for k in (1, 2, 3)
-        ),
+        *shared.REDUCED_RATES,
         Entry("time left / longest", "1", "none", 0.0, 1.0),
         Entry("wanted time to flip", "1", "decades of growth", -_DECADES, _DECADES),
         Entry("late by", "1", "decades of growth", -_DECADES, _DECADES),

@@ -74,9 +74,6 @@ _SHAPE = """\
     With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
     I1)))` and `growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))`: `d = w1 - r w3`, `s = w1 + r w3`, and
     the sign S is -1 where d < 0, else 1. Entries: S w1, w2, S w3, k |d|, S k s"""
-_RATES = tuple(
-    Entry(f"omega{k} / Omega", "1", "reduced", -shared.FASTEST, shared.FASTEST) for k in (1, 2, 3)
-)
 _SADDLE = (
     Entry("d / held", "1", "reduced", 0.0, shared.FASTEST),
     Entry("s / held", "1", "reduced", -shared.FASTEST, shared.FASTEST),
@@ -85,7 +82,7 @@ _SADDLE = (
 )
 HOLDING = half_turned(
     features=(
-        *_RATES,
+        *shared.REDUCED_RATES,
         *_SADDLE,
         Entry("near omega2 - Omega", "1", "likewise", -1.0, 1.0),
     ),
@@ -97,7 +94,7 @@ HOLDING = half_turned(
 )
 """Reduction of `IntermediateAxis`: SO(3), turns in space, times the half turn about e2."""
 POINTING = half_turned(
-    features=(*_RATES, *_SADDLE),
+    features=(*shared.REDUCED_RATES, *_SADDLE),
     observe=observe_direction,
     frame_of=frame_of,
     turn=turn_one,

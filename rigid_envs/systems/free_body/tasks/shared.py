@@ -22,6 +22,9 @@ from rigid_envs.tasks.task import Task
 Moments = tuple[Range, Range, Range]
 
 FASTEST = 20.0  # bound of observed rates
+REDUCED_RATES = tuple(
+    Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)
+)
 _REST = (0.0, 0.0, 0.0)
 
 

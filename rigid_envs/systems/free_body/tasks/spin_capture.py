@@ -12,13 +12,7 @@ from rigid_envs.engine.elementary import fma
 from rigid_envs.engine.episode import Episode, clip_to_box
 from rigid_envs.systems.free_body import saddle
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
-from rigid_envs.systems.free_body.tasks.shared import (
-    FASTEST,
-    BodyTorque,
-    SpinTask,
-    observe,
-    observed_rates,
-)
+from rigid_envs.systems.free_body.tasks import shared
 from rigid_envs.tasks.fields import Entry, Range, span
 from rigid_envs.tasks.parts import Held, held_for
 
@@ -39,7 +33,7 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     1`` on those with the rate Omega there. The slopes are the derivatives of ``(p^2 + E^2) / 2``
     along omega.
     """
-    w1, w2, w3 = observed_rates(y, 1.0 / c.spin_rate)
+    w1, w2, w3 = shared.observed_rates(y, 1.0 / c.spin_rate)
     at = saddle.place_at(w1, w3, c)
     sign = saddle.growing_side(at, w2)
     off = at.s * at.d
@@ -52,8 +46,8 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
         sign * w1,
         w2,
         sign * w3,
-        saddle.within(off, FASTEST),
-        saddle.within(energy, FASTEST),
+        saddle.within(off, shared.FASTEST),
+        saddle.within(energy, shared.FASTEST),
         saddle.near(slope1, _FULL),
         saddle.near(slope2, _FULL),
         saddle.near(slope3, _FULL),
@@ -65,8 +59,8 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 CAPTURE = saddle.half_turned(
     features=(
-        *(Entry(f"omega{k} / Omega", "1", "reduced", -FASTEST, FASTEST) for k in (1, 2, 3)),
-        *(Entry(k, "1", "", -FASTEST, FASTEST) for k in "pE"),
+        *shared.REDUCED_RATES,
+        *(Entry(k, "1", "", -shared.FASTEST, shared.FASTEST) for k in "pE"),
         *(Entry(f"near slope{k}", "1", "reduced", -1.0, 1.0) for k in (1, 2, 3)),
         *(Entry(f"near {k}", "1", "reduced", -1.0, 1.0) for k in ("d", "s", "omega2 - Omega")),
     ),
@@ -128,7 +122,9 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, H
 
 
 @scalar
-def actuate(a: BodyTorque, y: State, aux: Held, p: Parameters, c: Constants) -> tuple[State, Input]:
+def actuate(
+    a: shared.BodyTorque, y: State, aux: Held, p: Parameters, c: Constants
+) -> tuple[State, Input]:
     """Torque about the body axes that have an actuator."""
     return y, Input(c.torque1 * a.tau1, c.torque2 * a.tau2, c.torque3 * a.tau3)
 
@@ -159,7 +155,7 @@ def outcome(
 
 
 @dataclass(frozen=True)
-class SpinCapture(SpinTask):
+class SpinCapture(shared.SpinTask):
     """Bring a spin about any axis to the intermediate axis e2 at the rate Omega.
 
     The torque is weak: a tenth of the largest gyroscopic term in Euler's equations at the rate
@@ -234,7 +230,7 @@ class SpinCapture(SpinTask):
 
     episode: ClassVar = Episode(
         dynamics=FREE_BODY,
-        Action=BodyTorque,
+        Action=shared.BodyTorque,
         Terms=Terms,
         Constants=Constants,
         Auxiliary=Held,
@@ -242,7 +238,7 @@ class SpinCapture(SpinTask):
         clip=clip_to_box,
         actuate=actuate,
         outcome=outcome,
-        observe=observe,
+        observe=shared.observe,
     )
     reduction: ClassVar = CAPTURE
 

@@ -21,15 +21,7 @@ from rigid_envs.engine.elementary import cbrt, fma, select, sincos
 from rigid_envs.engine.episode import Episode, clip_to_disk, single
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL, Input, Parameters, State
 from rigid_envs.systems.rolling_ball.symmetry import BODY_AXES, REFLECTION, TURN
-from rigid_envs.systems.rolling_ball.tasks.ball_park import (
-    FAR,
-    OFFSET,
-    POSE,
-    misplacement,
-    offset,
-    pose_frame,
-    pose_seen,
-)
+from rigid_envs.systems.rolling_ball.tasks import ball_park
 from rigid_envs.systems.rolling_ball.tasks.shared import Action, RollsAsTold, actuate
 from rigid_envs.tasks.fields import Entry, span
 from rigid_envs.tasks.parts import limited_pair, single_matrix
@@ -69,7 +61,7 @@ def _from_goal(y: Any, aux: Any, p: Any) -> tuple[float, float, Quaternion]:
 def frame_of(y: Any, aux: Any, p: Any, c: Any) -> _Frame:
     """Frame of the pose, and whether the ball is at the goal."""
     X, Y, q = _from_goal(y, aux, p)
-    frame = pose_frame(X, Y, q)
+    frame = ball_park.pose_frame(X, Y, q)
     _, cosine = sincos(0.5 * _INSIDE * c.largest_angle)
     distance = p.radius * math.sqrt(fma(X, X, Y * Y))
     there = (distance <= _INSIDE * c.position_tolerance) & (abs(q[0]) >= cosine)
@@ -153,7 +145,7 @@ def desired_state(aux: Auxiliary) -> State:
 @scalar
 def pose(y: State) -> Row:
     """Entries of a `Goal` for the pose of y, rounded to float32 as in the observation."""
-    X, Y = limited_pair((y.X, y.Y), FAR)
+    X, Y = limited_pair((y.X, y.Y), ball_park.FAR)
     return (single(X), single(Y), *single_matrix(attitude(y)))
 
 
@@ -167,8 +159,8 @@ def judge(achieved: Goal, desired: Goal, c: Constants) -> tuple[Terms, bool]:
     _, cosine = sincos(c.largest_angle)
     reached = near & (trace >= 1.0 + 2.0 * cosine)
     apart = State(*unit_quaternion(turn), dx, dy)
-    distance, twist, mismatch, _ = misplacement(apart, 1.0 / c.middle_radius)
-    homogeneous = min(distance, FAR) + twist + cbrt(min(mismatch, FAR))
+    distance, twist, mismatch, _ = ball_park.misplacement(apart, 1.0 / c.middle_radius)
+    homogeneous = min(distance, ball_park.FAR) + twist + cbrt(min(mismatch, ball_park.FAR))
     return (
         Terms(reached=select(reached, 0.0, -1.0), distance=select(reached, 0.0, -homogeneous)),
         reached,
@@ -188,14 +180,18 @@ def outcome(
 @scalar
 def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Achieved and desired pose, and the position in radii."""
-    return (*pose(y), *pose(desired_state(aux)), *offset(y, p))
+    return (*pose(y), *pose(desired_state(aux)), *ball_park.offset(y, p))
 
 
 @scalar
 def observe_reduced(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     """Achieved and desired pose, and the pose relative to the goal."""
     X, Y, q = _from_goal(y, aux, p)
-    return (*pose(y), *pose(desired_state(aux)), *pose_seen(pose_frame(X, Y, q), X, Y, q))
+    return (
+        *pose(y),
+        *pose(desired_state(aux)),
+        *ball_park.pose_seen(ball_park.pose_frame(X, Y, q), X, Y, q),
+    )
 
 
 GOAL_POSE = Reduction(
@@ -205,7 +201,7 @@ GOAL_POSE = Reduction(
         "goal is not negative. At the goal the action has no effect: the ball rests."
     ),
     symmetries=(TRANSLATION, TURN, REFLECTION, BODY_AXES),
-    features=POSE,
+    features=ball_park.POSE,
     observe=observe_reduced,
     Frame=_Frame,
     frame_of=frame_of,
@@ -322,12 +318,12 @@ class BallParkGoal(RollsAsTold):
     def features(self) -> tuple[Entry, ...]:
         """Achieved and desired pose, position in radii."""
         goal = (
-            *(Entry(k, "m", "world", -FAR, FAR) for k in "XY"),
+            *(Entry(k, "m", "world", -ball_park.FAR, ball_park.FAR) for k in "XY"),
             *(Entry(f"R{i}{j}", "1", "body to world", -1.0, 1.0) for i in "123" for j in "123"),
         )
-        return (*goal, *goal, *OFFSET)
+        return (*goal, *goal, *ball_park.OFFSET)
 
     def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
         """Goals are attitudes, anywhere where they are observed: the plane has no origin."""
-        seen, attitude = (-FAR, FAR), ("goal_w", "goal_x", "goal_y", "goal_z")
+        seen, attitude = (-ball_park.FAR, ball_park.FAR), ("goal_w", "goal_x", "goal_y", "goal_z")
         return {attitude: UNIT, "goal_X": seen, "goal_Y": seen}
