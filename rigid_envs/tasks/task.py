@@ -37,21 +37,105 @@ from rigid_envs.tasks.fields import (
 from rigid_envs.tasks.reduction import Reduction, in_reduced_frame
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
-# The stability envelope of the integrator, within which every episode must stay.
+# Base class of tasks: system, entries of action and observation, hyperparameters.
 
 _SLACK = 1e-12  # the least number of substeps that is asked for is enough, whatever is rounded
 
+Ends = tuple[npt.ArrayLike, npt.ArrayLike]
+AuxiliaryRanges = dict[str | tuple[str, ...], Ends]
+UNIT: Ends = (1.0, 1.0)
+"""Range of the length of a direction or an attitude."""
 
-class WithinEnvelope(abc.ABC):
-    """A task whose integrator steps stay within the envelope during an episode."""
 
-    dt: float
-    n_substeps: int
+@dataclass(frozen=True)
+class Task(Settings, abc.ABC):
+    """Hyperparameters of an environment.
+
+    The fields here are common to all tasks. A subclass adds its own, among them a
+    ``weight_<term>`` for every reward term, and the class attributes below.
+
+    Attributes:
+        dt: control period [s].
+        n_substeps: integrator steps per control period.
+        rotation: how the attitude is observed: "matrix" (9 entries of R, row by row), "rot6d"
+            (first two columns), "quat" (w >= 0), "euler" (z-x-z; singular at theta = 0), "none".
+        observe_params: append to the observation every parameter that is drawn from a range.
+        action_noise: standard deviation of Gaussian noise on the action.
+        observation_noise: standard deviation of Gaussian noise on every observation entry.
+        action_delay: delay of actions in control periods; the action before the first one is zero.
+        frame: frame of observations and actions: "world" is that of the task, "reduced" turns with
+            the state, where the task declares its symmetry (`reduction`). The attitude is then part
+            of the reduced coordinates, and `rotation` has no effect.
+    """
+
+    dt: float = setting(0.1, Number("control period", "s", 1e-4, 1.0))
+    n_substeps: int = setting(1, Integer("integrator steps per control period", 1, 1000))
+    rotation: str = setting("matrix", ROTATION)
+    observe_params: bool = setting(False, Flag("append drawn parameters to the observation"))
+    action_noise: Range = setting(
+        0.0, Number("standard deviation of noise on the action", "1", 0.0, 10.0, drawn=True)
+    )
+    observation_noise: Range = setting(
+        0.0, Number("standard deviation of noise on the observation", "1", 0.0, 10.0, drawn=True)
+    )
+    action_delay: int | tuple[int, int] = setting(
+        0, Integer("control periods by which actions are late", 0, 100, drawn=True)
+    )
+    frame: str = setting("world", Choice("frame of observation and action", ("world", "reduced")))
+
     system_type: ClassVar[type[System]]
     """Class of the physical system."""
     envelope: ClassVar[float | None] = None
     """Largest rate times integrator step [rad]; None: that of the system, up to which the
     integrator keeps its stated accuracy."""
+    episode: ClassVar[Episode]
+    """Functions of one row, from which `step` and `reset` are compiled."""
+    reduction: ClassVar[Reduction | None] = None
+    """Symmetry and reduced coordinates; None where none are declared."""
+    cost_unit: ClassVar[str]
+    """Quantity and unit of ``info["cost"]``."""
+    n_choices: ClassVar[int] = 0
+    """Number of actions of a task with discrete actions; 0 where they are continuous."""
+    counters: ClassVar[tuple[str, ...]] = ()
+    """Whole numbers of the auxiliary state: from 0 to the steps of the episode, unless
+    `auxiliary_ranges` says otherwise."""
+    fixed_components: ClassVar[tuple[str, ...]] = ()
+    """Components of the state that are constantly 0; a start with other values is refused."""
+    aliases: ClassVar[Mapping[str, str]] = {}
+    """Field of the task for a parameter of the system, where the names differ."""
+
+    def __init_subclass__(cls) -> None:
+        """Check that every constant and every weight is an attribute of the class.
+
+        Raises:
+            TypeError: an attribute is missing, or the episode belongs to another system.
+        """
+        super().__init_subclass__()
+        if "episode" not in cls.__dict__:
+            return
+        episode = cls.episode
+        if cls.system_type.dynamics is not episode.dynamics:
+            raise TypeError(f"{cls.__name__}: the episode is not one of {cls.system_type.__name__}")
+        weights = (f"weight_{term}" for term in episode.Terms._fields)
+        for name in (*weights, *episode.Constants._fields):
+            if not hasattr(cls, name):
+                raise TypeError(
+                    f"{cls.__name__} has no {name}; expected a field (or a property) of this name, "
+                    "as its Terms or Constants have it"
+                )
+
+    def __post_init__(self) -> None:
+        """Check every field by its rule, and the parameters in combination."""
+        check_fields(self)
+        if self.frame == "reduced" and self.reduction is None:
+            raise refusal("frame", self.frame, f"'world': {type(self).__name__} has no reduction")
+        self._check_parameters()
+        self.check_duration(self.registered_steps())
+        if len(self.actions()) != len(self.episode.prototypes.action):
+            raise TypeError(
+                f"{type(self).__name__}: actions() has {len(self.actions())} entries; "
+                f"expected those of {self.episode.Action.__name__}, {self.episode.Action._fields}"
+            )
 
     @abc.abstractmethod
     def largest_rate(self, duration: float) -> float:
@@ -120,100 +204,6 @@ class WithinEnvelope(abc.ABC):
     def largest_turn(self) -> float:
         """Allowed product of rate and integrator step [rad]."""
         return self.system_type.envelope if self.envelope is None else self.envelope
-
-
-# Base class of tasks: system, entries of action and observation, hyperparameters.
-
-Ends = tuple[npt.ArrayLike, npt.ArrayLike]
-AuxiliaryRanges = dict[str | tuple[str, ...], Ends]
-UNIT: Ends = (1.0, 1.0)
-"""Range of the length of a direction or an attitude."""
-
-
-@dataclass(frozen=True)
-class Task(WithinEnvelope, Settings, abc.ABC):
-    """Hyperparameters of an environment.
-
-    The fields here are common to all tasks. A subclass adds its own, among them a
-    ``weight_<term>`` for every reward term, and the class attributes below.
-
-    Attributes:
-        dt: control period [s].
-        n_substeps: integrator steps per control period.
-        rotation: how the attitude is observed: "matrix" (9 entries of R, row by row), "rot6d"
-            (first two columns), "quat" (w >= 0), "euler" (z-x-z; singular at theta = 0), "none".
-        observe_params: append to the observation every parameter that is drawn from a range.
-        action_noise: standard deviation of Gaussian noise on the action.
-        observation_noise: standard deviation of Gaussian noise on every observation entry.
-        action_delay: delay of actions in control periods; the action before the first one is zero.
-        frame: frame of observations and actions: "world" is that of the task, "reduced" turns with
-            the state, where the task declares its symmetry (`reduction`). The attitude is then part
-            of the reduced coordinates, and `rotation` has no effect.
-    """
-
-    dt: float = setting(0.1, Number("control period", "s", 1e-4, 1.0))
-    n_substeps: int = setting(1, Integer("integrator steps per control period", 1, 1000))
-    rotation: str = setting("matrix", ROTATION)
-    observe_params: bool = setting(False, Flag("append drawn parameters to the observation"))
-    action_noise: Range = setting(
-        0.0, Number("standard deviation of noise on the action", "1", 0.0, 10.0, drawn=True)
-    )
-    observation_noise: Range = setting(
-        0.0, Number("standard deviation of noise on the observation", "1", 0.0, 10.0, drawn=True)
-    )
-    action_delay: int | tuple[int, int] = setting(
-        0, Integer("control periods by which actions are late", 0, 100, drawn=True)
-    )
-    frame: str = setting("world", Choice("frame of observation and action", ("world", "reduced")))
-
-    episode: ClassVar[Episode]
-    """Functions of one row, from which `step` and `reset` are compiled."""
-    reduction: ClassVar[Reduction | None] = None
-    """Symmetry and reduced coordinates; None where none are declared."""
-    cost_unit: ClassVar[str]
-    """Quantity and unit of ``info["cost"]``."""
-    n_choices: ClassVar[int] = 0
-    """Number of actions of a task with discrete actions; 0 where they are continuous."""
-    counters: ClassVar[tuple[str, ...]] = ()
-    """Whole numbers of the auxiliary state: from 0 to the steps of the episode, unless
-    `auxiliary_ranges` says otherwise."""
-    fixed_components: ClassVar[tuple[str, ...]] = ()
-    """Components of the state that are constantly 0; a start with other values is refused."""
-    aliases: ClassVar[Mapping[str, str]] = {}
-    """Field of the task for a parameter of the system, where the names differ."""
-
-    def __init_subclass__(cls) -> None:
-        """Check that every constant and every weight is an attribute of the class.
-
-        Raises:
-            TypeError: an attribute is missing, or the episode belongs to another system.
-        """
-        super().__init_subclass__()
-        if "episode" not in cls.__dict__:
-            return
-        episode = cls.episode
-        if cls.system_type.dynamics is not episode.dynamics:
-            raise TypeError(f"{cls.__name__}: the episode is not one of {cls.system_type.__name__}")
-        weights = (f"weight_{term}" for term in episode.Terms._fields)
-        for name in (*weights, *episode.Constants._fields):
-            if not hasattr(cls, name):
-                raise TypeError(
-                    f"{cls.__name__} has no {name}; expected a field (or a property) of this name, "
-                    "as its Terms or Constants have it"
-                )
-
-    def __post_init__(self) -> None:
-        """Check every field by its rule, and the parameters in combination."""
-        check_fields(self)
-        if self.frame == "reduced" and self.reduction is None:
-            raise refusal("frame", self.frame, f"'world': {type(self).__name__} has no reduction")
-        self._check_parameters()
-        self.check_duration(self.registered_steps())
-        if len(self.actions()) != len(self.episode.prototypes.action):
-            raise TypeError(
-                f"{type(self).__name__}: actions() has {len(self.actions())} entries; "
-                f"expected those of {self.episode.Action.__name__}, {self.episode.Action._fields}"
-            )
 
     @property
     def compiled(self) -> Episode:

@@ -305,7 +305,6 @@ class PlanSearch:
         unit = np.maximum(model.weights, 1e-3)
         self._rho = _STIFF * unit
         self._mu = price * np.maximum(self.motion.costs, 0.1)
-        self._n_parts = model.n_parts
         self._across = np.full(model.n_rows, _ACROSS)
         self._merit, self._rows = self._judge(self.motion)
         self._prices = np.zeros(self._rows.values.shape)
@@ -317,7 +316,7 @@ class PlanSearch:
         part = PlanSearch.__new__(PlanSearch)
         part._model = self._model.part(rows)
         part.motion = take(self.motion, rows)
-        part._rho, part._mu, part._n_parts = self._rho[rows], self._mu[rows], self._n_parts
+        part._rho, part._mu = self._rho[rows], self._mu[rows]
         part._merit, part._prices = self._merit[rows], self._prices[rows]
         looked: list[Any] = [each[rows] for each in self._rows]
         part._rows = Rows(*looked)
@@ -382,11 +381,11 @@ class PlanSearch:
 
     def _judge(self, motion: Motion) -> tuple[Array, Rows]:
         """Cost and priced violations, and the conditions that are looked at."""
-        rows = looked_at(
-            motion.errors, self._model.groups, self._model.first, self._n_parts, self._across
-        )
+        model = self._model
+        n_parts = model.conditions.n_parts
+        rows = looked_at(motion.errors, model.groups, model.first, n_parts, self._across)
         used = np.asarray(motion.actions, dtype=np.float64).swapaxes(0, 1)
-        cost = self._model.weights * self._model.limits.length(used).sum(axis=1)
+        cost = model.weights * model.limits.length(used).sum(axis=1)
         return cost + self._mu * rows.excess, rows
 
 

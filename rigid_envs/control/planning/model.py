@@ -220,6 +220,7 @@ class Model:
         first: Number of the step from which on the conditions must hold, shape (N,).
         index: Places of the components that matter in the state.
         groups: Places of the entries of each error beside one another.
+        conditions: What success asks of a plan of the task.
     """
 
     def __init__(
@@ -241,25 +242,20 @@ class Model:
         """
         self.task, self.n_steps, self.repeat, self.timed = task, n_steps, repeat, timed
         self._state = {key: np.array(part) for key, part in state.items()}
-        self._conditions: Conditions = conditions_of(task)
+        self.conditions: Conditions = conditions_of(task)
         fields = type(task).episode.dynamics.State._fields
-        self.index = np.array([fields.index(name) for name in self._conditions.components])
+        self.index = np.array([fields.index(name) for name in self.conditions.components])
         self._core = Core(task, len(self._state["y"]))
         self._n_actions = self._core.actions.shape[1]
         self._copies: Core | None = None
         self._core.set_state(self._state)
         self.first = (first_steps(self._core, n_steps * repeat) - 1) // repeat + 1
-        sizes = [each.shape[-1] for each in self._conditions.errors(self._core)]
+        sizes = [each.shape[-1] for each in self.conditions.errors(self._core)]
         self.groups = tuple(np.split(np.arange(sum(sizes)), np.cumsum(sizes)[:-1]))
         each = self._unit_costs()
         disk = type(task).episode.clip is clip_to_disk
         self.limits = Limits(disk, each.max(axis=1) > 0.0)
         self.weights = (0.0 if timed else repeat) * each.max(axis=0)
-
-    @property
-    def n_parts(self) -> int:
-        """Parts of the time of success whose largest errors are looked at."""
-        return self._conditions.n_parts
 
     @property
     def n_rows(self) -> int:
@@ -359,11 +355,11 @@ class Model:
 
     def _errors(self, core: Core) -> Array:
         """Errors of rows that have just stepped, side by side, shape (N, q)."""
-        return np.concatenate(self._conditions.errors(core), axis=-1)
+        return np.concatenate(self.conditions.errors(core), axis=-1)
 
     def coordinates(self, y: Array) -> Array:
         """The coordinates that matter of states, shape (N, n)."""
-        return self._conditions.coordinates(y[:, self.index])
+        return self.conditions.coordinates(y[:, self.index])
 
     def _quotients(self, y: Array, x: Array, size: Array) -> Array:
         """Changes of the coordinates from x (N, n) in d copies of each row, over a size."""

@@ -7,15 +7,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from rigid_envs.base.checks import Array
 from rigid_envs.base.settings import Number, setting
-from rigid_envs.engine import randoms
-from rigid_envs.engine.algebra import (
-    Quaternion,
-    Row,
-    attitude,
-    compose,
-    matrix_product,
-    unit_quaternion,
-)
+from rigid_envs.engine import algebra, randoms
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import cbrt, fma, select, sincos
 from rigid_envs.engine.episode import Episode, clip_to_disk, single
@@ -50,10 +42,10 @@ class _Frame(NamedTuple):
 
 
 @scalar
-def _from_goal(y: Any, aux: Any, p: Any) -> tuple[float, float, Quaternion]:
+def _from_goal(y: Any, aux: Any, p: Any) -> tuple[float, float, algebra.Quaternion]:
     """Offset [radii] from the goal, and rotation from its attitude in world axes."""
     inverse = (aux.goal_w, -aux.goal_x, -aux.goal_y, -aux.goal_z)
-    q = compose(attitude(y), inverse)
+    q = algebra.compose(algebra.attitude(y), inverse)
     return (y.X - aux.goal_X) * p.inverse_radius, (y.Y - aux.goal_Y) * p.inverse_radius, q
 
 
@@ -143,22 +135,22 @@ def desired_state(aux: Auxiliary) -> State:
 
 
 @scalar
-def pose(y: State) -> Row:
+def pose(y: State) -> algebra.Row:
     """Entries of a `Goal` for the pose of y, rounded to float32 as in the observation."""
     X, Y = limited_pair((y.X, y.Y), ball_park.FAR)
-    return (single(X), single(Y), *single_matrix(attitude(y)))
+    return (single(X), single(Y), *single_matrix(algebra.attitude(y)))
 
 
 @scalar
 def judge(achieved: Goal, desired: Goal, c: Constants) -> tuple[Terms, bool]:
     """Reached with distance and angle within tolerance; the angle of tr(R^T R') = 1 + 2 cos."""
     dx, dy = achieved.X - desired.X, achieved.Y - desired.Y
-    turn = matrix_product(achieved[2:], desired[2:])
+    turn = algebra.matrix_product(achieved[2:], desired[2:])
     trace = turn[0] + turn[4] + turn[8]
     near: bool = dx * dx + dy * dy <= c.position_tolerance * c.position_tolerance
     _, cosine = sincos(c.largest_angle)
     reached = near & (trace >= 1.0 + 2.0 * cosine)
-    apart = State(*unit_quaternion(turn), dx, dy)
+    apart = State(*algebra.unit_quaternion(turn), dx, dy)
     distance, twist, mismatch, _ = ball_park.misplacement(apart, 1.0 / c.middle_radius)
     homogeneous = min(distance, ball_park.FAR) + twist + cbrt(min(mismatch, ball_park.FAR))
     return (
@@ -178,13 +170,13 @@ def outcome(
 
 
 @scalar
-def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
+def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> algebra.Row:
     """Achieved and desired pose, and the position in radii."""
     return (*pose(y), *pose(desired_state(aux)), *ball_park.offset(y, p))
 
 
 @scalar
-def observe_reduced(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
+def observe_reduced(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> algebra.Row:
     """Achieved and desired pose, and the pose relative to the goal."""
     X, Y, q = _from_goal(y, aux, p)
     return (
@@ -325,5 +317,5 @@ class BallParkGoal(RollsAsTold):
 
     def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
         """Goals are attitudes, anywhere where they are observed: the plane has no origin."""
-        seen, attitude = (-ball_park.FAR, ball_park.FAR), ("goal_w", "goal_x", "goal_y", "goal_z")
-        return {attitude: UNIT, "goal_X": seen, "goal_Y": seen}
+        seen, names = (-ball_park.FAR, ball_park.FAR), ("goal_w", "goal_x", "goal_y", "goal_z")
+        return {names: UNIT, "goal_X": seen, "goal_Y": seen}
