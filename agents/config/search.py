@@ -5,17 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from rigid_envs.base import settings
 from rigid_envs.base.checks import named_refusal
-from rigid_envs.base.settings import (
-    Integer,
-    Keywords,
-    List,
-    Settings,
-    check_fields,
-    from_config,
-    refusal,
-    setting,
-)
+from rigid_envs.base.settings import Integer, Keywords, List, refusal, setting
 
 from .entries import Config, config_from
 from .reading import frame_of, read_yaml, recipe_for
@@ -27,7 +19,7 @@ _RANGES = ({"low", "high"}, {"low", "high", "log"}, {"low", "high", "step"}, {"c
 
 
 @dataclass(frozen=True, kw_only=True)
-class Search(Settings):
+class Search(settings.Settings):
     """A search of hyperparameters."""
 
     trials: int = setting(20, Integer("values of the ranges that are tried", 1, 100_000))
@@ -51,7 +43,7 @@ class Search(Settings):
         Raises:
             ConfigError: "config.<key>: ...".
         """
-        check_fields(self)
+        settings.check_fields(self)
         if not self.objective or not self.objective.items() <= FIGURES.items():
             raise refusal("objective", dict(self.objective), f"some of {FIGURES}")
         if not self.ranges():
@@ -93,7 +85,7 @@ def read_search(path: Path) -> Search:
         ConfigError: Something in it that cannot be; names the file.
     """
     with named_refusal(path):
-        search: Search = from_config(Search, read_yaml(path))
+        search: Search = settings.from_config(Search, read_yaml(path))
     return search
 
 

@@ -13,12 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import optuna
 import ray
-from optuna.distributions import (
-    BaseDistribution,
-    CategoricalDistribution,
-    FloatDistribution,
-    IntDistribution,
-)
+from optuna import distributions
 from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
 from optuna.study import StudyDirection
@@ -127,14 +122,14 @@ def _try_all(study: optuna.Study, search: Search, out: Path, imports: tuple[str,
             study.tell(number, [figures[name] for name in search.objective])
 
 
-def _distribution(given: Mapping[str, Any]) -> BaseDistribution:
+def _distribution(given: Mapping[str, Any]) -> distributions.BaseDistribution:
     """The range as Optuna has it; of choices, their numbers, for Optuna takes no lists."""
     if "choices" in given:
-        return CategoricalDistribution(range(len(given["choices"])))
+        return distributions.CategoricalDistribution(range(len(given["choices"])))
     low, high, log, step = given["low"], given["high"], given.get("log", False), given.get("step")
     if isinstance(low, int) and isinstance(high, int):
-        return IntDistribution(low, high, log, int(step or 1))
-    return FloatDistribution(low, high, log, step)
+        return distributions.IntDistribution(low, high, log, int(step or 1))
+    return distributions.FloatDistribution(low, high, log, step)
 
 
 def _values(search: Search, params: Mapping[str, Any]) -> dict[str, Any]:

@@ -28,15 +28,7 @@ from rigid_envs.tools.cli.words import tell
 
 from ..config.entries import PLACES, Config, config_from, config_to_dict
 from ..environments import import_allowed
-from ..storage.runs import (
-    Run,
-    RunInUseError,
-    create_run,
-    differences,
-    find_run,
-    is_in_use,
-    open_run,
-)
+from ..storage import runs
 from ..training.recording import is_complete, make_record
 from ..training.trainer import StopSignals, train_in
 
@@ -80,7 +72,7 @@ class Training:
 
     def is_in_use(self) -> bool:
         """Whether a process works in its run."""
-        return is_in_use(self.folder)
+        return runs.is_in_use(self.folder)
 
     def age(self) -> int:
         """Steps at its newest checkpoint."""
@@ -137,16 +129,16 @@ class Training:
             shutil.rmtree(run / "checkpoints", ignore_errors=True)
         return None
 
-    def _open(self) -> Run:
+    def _open(self) -> runs.Run:
         """Its run: new, as it was left, or anew if it was of another config."""
         changed = self._changed_run()
-        if changed is None:
-            return create_run(self.config)
-        return create_run(self.config, overwrite=True) if changed else open_run(self.folder)
+        if changed == []:
+            return runs.open_run(self.folder)
+        return runs.create_run(self.config, overwrite=changed is not None)
 
     def _changed_run(self) -> list[str] | None:
         """What differs between the config and that of the run; None without a run."""
-        return self._changed(self.folder / "config.yaml", lambda: find_run(self.folder).config())
+        return self._changed(self.folder / "config.yaml", runs.Run(self.folder).config)
 
     def _changed_record(self) -> list[str] | None:
         """What differs between the config and that of the record; None without a record."""
@@ -160,7 +152,7 @@ class Training:
         if not file.is_file():
             return None
         try:
-            return differences(config_to_dict(read()), config_to_dict(self.config))
+            return runs.differences(config_to_dict(read()), config_to_dict(self.config))
         except ConfigError as error:
             return [str(error)]
 
@@ -179,7 +171,7 @@ def work(training: Training, imports: Sequence[str]) -> tuple[int, str]:
     try:
         import_allowed(imports)
         stopped_by = training.run()
-    except RunInUseError as error:
+    except runs.RunInUseError as error:
         return IN_USE, str(error)
     except (ConfigError, NonFiniteError, OSError) as error:
         return FAILED, f"{training.config.env_id}: {error}"

@@ -9,12 +9,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from numpy.typing import NDArray
 from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env.base_vec_env import (
-    VecEnv,
-    VecEnvIndices,
-    VecEnvObs,
-    VecEnvStepReturn,
-)
+from stable_baselines3.common.vec_env import base_vec_env as base
 
 from rigid_envs.base.checks import as_array, require, safe_repr
 from rigid_envs.envs.lookup import checked_id
@@ -112,7 +107,7 @@ def _each(arrays: Any) -> tuple[Any, ...]:
 # packing: Gymnasium gives one dictionary of arrays over the rows, SB3 wants one dictionary per row.
 
 
-class GymnasiumVecEnv(VecEnv):
+class GymnasiumVecEnv(base.VecEnv):
     """An SB3 `VecEnv` over a Gymnasium `VectorEnv` that resets in the same step.
 
     A row whose episode ended reports its whole `final_info`, and what SB3 looks for:
@@ -183,7 +178,7 @@ class GymnasiumVecEnv(VecEnv):
         require(known, options, "options", f"a dictionary, or a list of {self.num_envs}")
         super().set_options(options)
 
-    def reset(self) -> VecEnvObs:
+    def reset(self) -> base.VecEnvObs:
         """Start an episode in every row.
 
         Returns:
@@ -215,7 +210,7 @@ class GymnasiumVecEnv(VecEnv):
         if not all_finite(actions):
             raise self._not_finite("action", bad_row(actions), "", 1)
 
-    def step_wait(self) -> VecEnvStepReturn:
+    def step_wait(self) -> base.VecEnvStepReturn:
         """Advance every row by one step.
 
         Returns:
@@ -251,7 +246,7 @@ class GymnasiumVecEnv(VecEnv):
         pictures: Any = self.venv.render()
         return [None] * self.num_envs if pictures is None else list(pictures)
 
-    def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: base.VecEnvIndices = None) -> list[Any]:
         """An attribute of the environment, once for each row asked for.
 
         Rows of a native vector environment share one object, hence one value.
@@ -261,7 +256,7 @@ class GymnasiumVecEnv(VecEnv):
             return [self.venv.envs[row].get_wrapper_attr(attr_name) for row in rows]
         return [self._find(attr_name)] * len(rows)
 
-    def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
+    def set_attr(self, attr_name: str, value: Any, indices: base.VecEnvIndices = None) -> None:
         """Set an attribute of the environment.
 
         Raises:
@@ -282,7 +277,7 @@ class GymnasiumVecEnv(VecEnv):
         self,
         method_name: str,
         *method_args: Any,
-        indices: VecEnvIndices = None,
+        indices: base.VecEnvIndices = None,
         **method_kwargs: Any,
     ) -> list[Any]:
         """Call a method, once per row asked for; once only where rows share one object."""
@@ -295,7 +290,9 @@ class GymnasiumVecEnv(VecEnv):
         return [method(*method_args, **method_kwargs)] * len(rows)
 
     def env_is_wrapped(
-        self, wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]], indices: VecEnvIndices = None
+        self,
+        wrapper_class: type[gym.Wrapper[Any, Any, Any, Any]],
+        indices: base.VecEnvIndices = None,
     ) -> list[bool]:
         """Whether rows are in a wrapper; true of `Monitor`, whose work the adapter does."""
         require(isinstance(wrapper_class, type), wrapper_class, "wrapper_class", "a class")
@@ -331,7 +328,7 @@ class GymnasiumVecEnv(VecEnv):
         self._returns[rows] = 0.0
         self._lengths[rows] = 0
 
-    def _what_is_not_finite(self, obs: VecEnvObs, rewards: NDArray[Any]) -> NonFiniteError:
+    def _what_is_not_finite(self, obs: base.VecEnvObs, rewards: NDArray[Any]) -> NonFiniteError:
         what, row = "reward", bad_row(rewards)
         if row is None:
             what, row = "observation", bad_row(obs)

@@ -10,16 +10,9 @@ import numpy as np
 import torch
 from gymnasium import spaces
 from numpy.typing import NDArray
+from stable_baselines3.common import vec_env
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.torch_layers import CombinedExtractor, FlattenExtractor
-from stable_baselines3.common.vec_env import (
-    VecCheckNan,
-    VecEnv,
-    VecEnvWrapper,
-    VecExtractDictObs,
-    VecMonitor,
-    VecNormalize,
-)
 from torch import Tensor, nn
 
 from rigid_envs.base.checks import ConfigError
@@ -316,7 +309,7 @@ def _sources() -> dict[str, Any]:
     return {**commit(), "kernel_hash": kernel_hash()}
 
 
-def _environment(model: BaseAlgorithm) -> VecEnv:
+def _environment(model: BaseAlgorithm) -> vec_env.VecEnv:
     env = model.get_env()
     if env is None:
         raise ConfigError("model: env = None; expected the environment of its training: set_env")
@@ -341,7 +334,7 @@ def _origin(model: BaseAlgorithm) -> tuple[str, dict[str, Any]]:
     return spec.id, settings
 
 
-def _inputs(model: BaseAlgorithm, env: VecEnv) -> list[list[Any]] | None:
+def _inputs(model: BaseAlgorithm, env: vec_env.VecEnv) -> list[list[Any]] | None:
     """Names and sizes of the parts of an observation, in the order that the network takes them."""
     part = _part(env)
     seen = model.observation_space
@@ -354,13 +347,13 @@ def _inputs(model: BaseAlgorithm, env: VecEnv) -> list[list[Any]] | None:
     return [[name, spaces.flatdim(space)] for name, space in parts.items()]
 
 
-def _part(env: VecEnv) -> str | None:
+def _part(env: vec_env.VecEnv) -> str | None:
     """The one part of a dictionary that a model sees; None if it sees all."""
     part = None
-    while isinstance(env, VecEnvWrapper):
-        if isinstance(env, VecExtractDictObs):
+    while isinstance(env, vec_env.VecEnvWrapper):
+        if isinstance(env, vec_env.VecExtractDictObs):
             part = env.key
-        elif not isinstance(env, VecNormalize | VecMonitor | VecCheckNan):
+        elif not isinstance(env, vec_env.VecNormalize | vec_env.VecMonitor | vec_env.VecCheckNan):
             raise ConfigError(
                 f"model: env = {type(env).__name__}; expected no wrapper that changes observations "
                 "but VecNormalize and VecExtractDictObs"
@@ -369,7 +362,7 @@ def _part(env: VecEnv) -> str | None:
     return part
 
 
-def _statistics(scaled: VecNormalize, seen: spaces.Space[Any]) -> dict[str, NDArray[np.float64]]:
+def _statistics(scaled: vec_env.VecNormalize, seen: spaces.Space[Any]) -> Arrays:
     """Means and variances, in the order of the inputs."""
     running: Any = scaled.obs_rms
     if isinstance(seen, spaces.Dict) and set(running) != set(seen):

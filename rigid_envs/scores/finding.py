@@ -15,14 +15,8 @@ from rigid_envs.control.planning.descent import Plans, improve, shorten
 from rigid_envs.control.planning.model import Model
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import task_of
-from rigid_envs.scores.best import (
-    PLANS_FOLDER,
-    Best,
-    StoredPlans,
-    file_of_plans,
-    nobody,
-    read_plans,
-)
+from rigid_envs.scores import best as best_costs
+from rigid_envs.scores.best import PLANS_FOLDER, Best, StoredPlans
 from rigid_envs.scores.evaluation import evaluate, make_rows
 from rigid_envs.scores.policies import reference_controllers, untrained_policies
 from rigid_envs.scores.result import Evaluation
@@ -240,7 +234,7 @@ def find(
     for each in (*policies.values(), *others):
         if each.unranked is not None:
             raise ConfigError(f"{each.policy}: {each.unranked}")
-    best = nobody(env_id, metrics_of(env_id)[0].name, n)
+    best = best_costs.nobody(env_id, metrics_of(env_id)[0].name, n)
     again = {each.policy for each in others}
     of_others = {} if known is None else _found_by(known, n, known.shares.keys() - policies.keys())
     for name in of_others.keys() - again:
@@ -279,10 +273,10 @@ def replayed(env_id: str, n: int = N_STARTS, folder: Path = PLANS_FOLDER) -> lis
         n: Number of starts.
         folder: Where they are.
     """
-    file = file_of_plans(env_id, folder)
+    file = best_costs.file_of_plans(env_id, folder)
     if not file.exists():
         return []
-    plans = read_plans(file)
+    plans = best_costs.read_plans(file)
     (_, starts, entries), needed = plans.actions.shape, len(task_of(env_id).actions())
     if starts < n or entries != needed:
         raise DamagedFileError(

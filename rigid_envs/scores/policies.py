@@ -11,12 +11,7 @@ import numpy.typing as npt
 from gymnasium import spaces
 
 from rigid_envs.base.checks import Array, Bools, require
-from rigid_envs.control.predictive import (
-    CrossEntropyChoices,
-    PathIntegral,
-    Prediction,
-    PredictiveControl,
-)
+from rigid_envs.control import predictive
 from rigid_envs.engine.layout import CLOCK, FLAGS
 from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.mechanics.system import System
@@ -208,7 +203,7 @@ def _prolonged(entries: AnyArray, n: int) -> AnyArray:
 
 
 def predicting(
-    law: PredictiveControl,
+    law: predictive.PredictiveControl,
     dt: float,
     period: int,
     goals: Callable[[RigidVectorEnv], npt.NDArray[Any]] = lambda envs: np.zeros((envs.num_envs, 0)),
@@ -221,7 +216,7 @@ def predicting(
         period: Number of steps after which a row is planned again.
         goals: Numbers that the cost of each row depends on, shape (N, n_goal).
     """
-    plans: dict[int, Prediction] = {}
+    plans: dict[int, predictive.Prediction] = {}
 
     def plan(envs: RigidVectorEnv, rows: Rows) -> Array:
         y, goal = envs.y, goals(envs)
@@ -302,7 +297,9 @@ class SamplingController:
     """
 
     def __init__(
-        self, planner: PathIntegral | CrossEntropyChoices, rng: np.random.Generator
+        self,
+        planner: predictive.PathIntegral | predictive.CrossEntropyChoices,
+        rng: np.random.Generator,
     ) -> None:
         """Plan nothing yet.
 
@@ -350,11 +347,13 @@ def sampling(task: Task) -> Controller:
         task: Any task, with its settings.
     """
     horizon = max(30, round(3.0 / task.dt))
-    planner: PathIntegral | CrossEntropyChoices
+    planner: predictive.PathIntegral | predictive.CrossEntropyChoices
     if task.n_choices:
-        planner = CrossEntropyChoices(256, horizon, task.n_choices, temperature=0.2)
+        planner = predictive.CrossEntropyChoices(256, horizon, task.n_choices, temperature=0.2)
     else:
-        planner = PathIntegral(256, horizon, spread=1.0, temperature=0.2, correlation=0.8)
+        planner = predictive.PathIntegral(
+            256, horizon, spread=1.0, temperature=0.2, correlation=0.8
+        )
     return SamplingController(planner, np.random.default_rng(0))
 
 

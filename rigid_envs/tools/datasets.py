@@ -24,14 +24,9 @@ from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import SEEN, changed, checked_id, id_in_file, task_of
 from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.envs.spaces import action_space
+from rigid_envs.scores import policies
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.evaluation import make_rows
-from rigid_envs.scores.policies import (
-    PolicyFactory,
-    RandomPolicy,
-    from_predict,
-    reference_controllers,
-)
 from rigid_envs.scores.references import reference
 from rigid_envs.scores.starts import N_STARTS, rollout, row_seeds
 from rigid_envs.scores.trained import is_trained, load, path_of
@@ -123,7 +118,9 @@ class Recorded(NamedTuple):
     infos: dict[str, Array]
 
 
-def collect(policy: PolicyFactory, envs: RigidVectorEnv, seeds: Sequence[int]) -> list[Recorded]:
+def collect(
+    policy: policies.PolicyFactory, envs: RigidVectorEnv, seeds: Sequence[int]
+) -> list[Recorded]:
     """One episode in each row.
 
     Args:
@@ -182,7 +179,7 @@ class Behaviour(NamedTuple):
             "trained"), `name`, and of a trained one the `sha256` of its file and its training.
     """
 
-    policy: PolicyFactory
+    policy: policies.PolicyFactory
     settings: dict[str, Any]
     origin: dict[str, Any]
 
@@ -204,11 +201,13 @@ def behaviour(env_id: str, policy: str, settings: Mapping[str, Any], seed: int =
         return _trained(policy, settings)
     if policy == "random":
         stream = np.random.default_rng(row_seeds(seed, 1, "random policy"))
-        draw = RandomPolicy(action_space(task_of(env_id, settings)), stream)
+        draw = policies.RandomPolicy(action_space(task_of(env_id, settings)), stream)
         return Behaviour(
-            from_predict(draw, policy), dict(settings), {"kind": "random", "name": "random"}
+            policies.from_predict(draw, policy),
+            dict(settings),
+            {"kind": "random", "name": "random"},
         )
-    known = ("reference", *reference_controllers(env_id))
+    known = ("reference", *policies.reference_controllers(env_id))
     if policy not in known:
         raise ConfigError(
             f"policy = {policy!r}; expected 'random', {', '.join(map(repr, known))}, the name of a "
@@ -216,7 +215,7 @@ def behaviour(env_id: str, policy: str, settings: Mapping[str, Any], seed: int =
         )
     agent = reference(env_id, None if policy == "reference" else policy, **settings)
     origin = {"kind": "reference", "name": agent.name}
-    return Behaviour(from_predict(agent, agent.name), dict(settings), origin)
+    return Behaviour(policies.from_predict(agent, agent.name), dict(settings), origin)
 
 
 def _trained(policy: str, settings: Mapping[str, Any]) -> Behaviour:
@@ -228,7 +227,9 @@ def _trained(policy: str, settings: Mapping[str, Any]) -> Behaviour:
         "sha256": file_digest(file),
         **{key: found.document.get(key) for key in ("algo", "env_id", "seed", "timesteps")},
     }
-    return Behaviour(from_predict(found, found.name), {**found.env_kwargs, **settings}, origin)
+    return Behaviour(
+        policies.from_predict(found, found.name), {**found.env_kwargs, **settings}, origin
+    )
 
 
 # Data sets written: collected, described, and put in place as a whole.

@@ -2,12 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
-from rigid_envs.tools.bench.accuracy import (
-    free_run,
-    is_installed,
-    mujoco_settings,
-    mujoco_workloads,
-)
+from rigid_envs.tools.bench import accuracy
 from rigid_envs.tools.bench.figures import Figures, startup
 from rigid_envs.tools.bench.measuring import gymnasium_workloads, our_workloads, time_interleaved
 
@@ -30,12 +25,12 @@ def bench(
     """
     rounds, seconds = (12, 0.01) if quick else (50, 0.02)
     progress("accuracy")
-    runs = [free_run(0.05, duration) for duration in (60.0, 6000.0)]
-    settings = mujoco_settings() if is_installed() else []
+    runs = [accuracy.free_run(0.05, duration) for duration in (60.0, 6000.0)]
+    settings = accuracy.mujoco_settings() if accuracy.is_installed() else []
     progress("first steps of new processes")
     startups = [startup(env_id, 1, 1 if quick else 3) for env_id in startup_ids]
     progress("warming up")
-    workloads = [*our_workloads(ids), *gymnasium_workloads(), *mujoco_workloads(settings)]
+    workloads = [*our_workloads(ids), *gymnasium_workloads(), *accuracy.mujoco_workloads(settings)]
     speeds = time_interleaved(
         workloads, rounds, seconds, lambda done: progress(f"round {done} of {rounds}")
     )

@@ -12,17 +12,7 @@ from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs import lookup as catalogue
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools import bench
-from rigid_envs.tools.cli import collecting, scoring, watching
-from rigid_envs.tools.cli.words import (
-    IDS,
-    answer,
-    checked_ids,
-    config_of,
-    option,
-    refuse_missing_folder,
-    tell,
-    verb,
-)
+from rigid_envs.tools.cli import collecting, scoring, watching, words
 from rigid_envs.tools.pages.document import describe
 from rigid_envs.tools.pages.tables import list_all
 from rigid_envs.tools.pages.writing import description, overview_as_data, write_pages
@@ -38,7 +28,7 @@ def run(argv: Sequence[str] | None = None) -> int:
         Exit status: 0; 1 if a law, a score or a figure's number does not hold, a package is
         missing or a file cannot be read or written; 2 for wrong arguments; 130 after Ctrl-C.
     """
-    return answer(_parser(), argv)
+    return words.answer(_parser(), argv)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -58,16 +48,16 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-@verb(option("--json", action="store_true", help="print JSON instead of tables"))
+@words.verb(words.option("--json", action="store_true", help="print JSON instead of tables"))
 def list_(options: argparse.Namespace) -> None:
     """All environments."""
     as_json = json.dumps([overview_as_data(env_id) for env_id in ENVIRONMENTS], indent=1)
     print(as_json if options.json else list_all())
 
 
-@verb(
-    option("id", metavar="ID"),
-    option("--json", action="store_true", help="print JSON instead of a page"),
+@words.verb(
+    words.option("id", metavar="ID"),
+    words.option("--json", action="store_true", help="print JSON instead of a page"),
     usage="rigid-envs describe ID [--json] [--KEY VALUE ...]",
 )
 def describe_(options: argparse.Namespace) -> None:
@@ -76,14 +66,14 @@ def describe_(options: argparse.Namespace) -> None:
     Describe an environment. Any hyperparameter can be given as an option, a range as LOW,HIGH:
     --dt 0.05 --I1 0.5,0.9
     """
-    config = config_of(options.rest)
+    config = words.config_of(options.rest)
     if options.json:
         print(json.dumps(description(options.id, config), indent=1, allow_nan=False))
     else:
         print(describe(options.id, config))
 
 
-@verb(option("folder", metavar="FOLDER", type=Path), IDS)
+@words.verb(words.option("folder", metavar="FOLDER", type=Path), words.IDS)
 def docs_(options: argparse.Namespace) -> None:
     """A page for every environment, in Markdown.
 
@@ -92,17 +82,17 @@ def docs_(options: argparse.Namespace) -> None:
     """
     if options.folder.exists() and not options.folder.is_dir():
         raise ValueError(f"FOLDER = {options.folder}; expected a folder: this is a file")
-    ids = options.ids and checked_ids(options.ids)
+    ids = options.ids and words.checked_ids(options.ids)
     changed, strangers = write_pages(options.folder, ids)
     print(f"written to {options.folder}: {', '.join(changed) or 'nothing, all is as it was'}")
     if strangers:
         print(f"no id has these, remove them: {', '.join(strangers)}")
 
 
-@verb(
-    IDS,
-    option("--quick", action="store_true", help="a first look, a minute"),
-    option("--json", type=Path, metavar="FILE", help="write every sample there"),
+@words.verb(
+    words.IDS,
+    words.option("--quick", action="store_true", help="a first look, a minute"),
+    words.option("--json", type=Path, metavar="FILE", help="write every sample there"),
 )
 def bench_(options: argparse.Namespace) -> None:
     """Speed and accuracy, beside Gymnasium's environments and MuJoCo.
@@ -111,12 +101,12 @@ def bench_(options: argparse.Namespace) -> None:
     Gymnasium's CartPole and Pendulum and, where it is installed, a free body in MuJoCo, all in one
     interleaved run; then accuracy and start-up. Takes about five minutes on an idle machine.
     """
-    ids = checked_ids(options.ids or ENVIRONMENTS)
-    refuse_missing_folder("--json", options.json)
+    ids = words.checked_ids(options.ids or ENVIRONMENTS)
+    words.refuse_missing_folder("--json", options.json)
     where = provenance()  # before the run: its own load does not count
     startup_ids = ids[:1] if options.quick else catalogue.one_of_each(ids)
-    figures = bench.bench(ids, startup_ids, options.quick, tell)
-    tell("")
+    figures = bench.bench(ids, startup_ids, options.quick, words.tell)
+    words.tell("")
     print(collecting.as_text(where, figures))
     if options.json:
         document = {"provenance": where, **figures.as_json()}
@@ -133,36 +123,36 @@ _VERIFIED = {
 """What can be verified, and the words that make sense beside one another."""
 
 
-@verb(
-    option(
+@words.verb(
+    words.option(
         "subjects",
         nargs="*",
         metavar="SUBJECT|FILE.json",
         help="only these subjects; or instead results of `rigid-envs evaluate --out`, whose "
         "episodes are played again and compared to the last digit",
     ),
-    option(
+    words.option(
         "--json",
         nargs="?",
         const="-",
         metavar="FILE",
         help="print JSON instead of tables, or write it to FILE as well",
     ),
-    option(
+    words.option(
         "--scores",
         action="store_true",
         help="instead play the untrained policies of the ids given as subjects, or of one for "
         "every system, and compare their success and efficiency with the data",
     ),
-    option(
+    words.option(
         "--policies",
         nargs="*",
         metavar="NAME",
         help="instead evaluate published policies again, all or those named, and compare "
         "success and cost from every start with what is published, to the last digit",
     ),
-    option("--seed", type=int, help="with --policies: other starts than the published ones"),
-    option(
+    words.option("--seed", type=int, help="with --policies: other starts than the published ones"),
+    words.option(
         "--policy",
         metavar="NAME|FILE",
         help="with FILE.json: the policy it is of, as of `rigid-envs evaluate`; not needed for "
@@ -182,7 +172,7 @@ def verify_(options: argparse.Namespace) -> int:
     elif what == "policies":
         holds = scoring.verify_policies(options.policies, options.seed)
     elif what == "scores":
-        holds = scoring.verify_scores(checked_ids(options.subjects))
+        holds = scoring.verify_scores(words.checked_ids(options.subjects))
     else:
         holds = _verify_laws(options)
     return 0 if holds else 1
@@ -203,7 +193,7 @@ def _asked(options: argparse.Namespace) -> str:
     }
     given = options_given | ({"FILE.json": files} if files else {})
     given |= {"SUBJECT": subjects} if subjects else {}
-    what = next((name for name, words in _VERIFIED.items() if words[0] in given), "laws")
+    what = next((name for name, known in _VERIFIED.items() if known[0] in given), "laws")
     for word in given.keys() - _VERIFIED[what]:
         beside = ", ".join(_VERIFIED[what])
         raise ValueError(
@@ -219,9 +209,9 @@ def _verify_laws(options: argparse.Namespace) -> bool:
     if options.json in SUBJECTS:
         raise ValueError(f"--json = {options.json}; expected a file: name subjects before --json")
     file = Path(options.json) if options.json not in (None, "-") else None
-    refuse_missing_folder("--json", file)
-    verdict = verify(list(dict.fromkeys(names)), tell)
-    tell("")
+    words.refuse_missing_folder("--json", file)
+    verdict = verify(list(dict.fromkeys(names)), words.tell)
+    words.tell("")
     document = json.dumps(verdict.as_json(), indent=1, allow_nan=False)
     print(document if options.json == "-" else verdict.as_text())
     if file:

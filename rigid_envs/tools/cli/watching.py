@@ -20,13 +20,7 @@ from rigid_envs.watch.drawing import Look
 from rigid_envs.watch.play.game import play
 from rigid_envs.watch.play.steering import keys
 from rigid_envs.watch.replays.page import MOST_EPISODES, write_html
-from rigid_envs.watch.replays.replay import (
-    PastEpisode,
-    Replay,
-    load_replay,
-    play_again,
-    same_bits,
-)
+from rigid_envs.watch.replays.replay import PastEpisode, Replay, load_replay, play_again, same_bits
 
 # `rigid-envs films`: a short film of every environment, for its page.
 

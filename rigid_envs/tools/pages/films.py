@@ -10,15 +10,8 @@ from typing import Any
 import numpy as np
 
 import rigid_envs
+from rigid_envs.base import files
 from rigid_envs.base.checks import ConfigError, Image
-from rigid_envs.base.files import (
-    checked_values,
-    file_digest,
-    markdown_table,
-    named_damage,
-    read_json,
-    write_atomic,
-)
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.scores.starts import evaluation_seeds
@@ -77,7 +70,7 @@ def write_films(
         write_film(file, _pictures(played), _FPS, MAX_BYTES)
         films[env_id] = {
             "file": file.name,
-            "sha256": file_digest(file),
+            "sha256": files.file_digest(file),
             "sources": sources_hash(*_SOURCES),
             "shows": played.captioned()[1].label,
             "seed": seed,
@@ -85,7 +78,7 @@ def write_films(
         report(f"{file}: {file.stat().st_size / 1e3:.0f} kB, {films[env_id]['shows']}")
     ordered = {env_id: films[env_id] for env_id in sorted(films)}
     text = json.dumps({"provenance": provenance(), "films": ordered}, indent=1)
-    write_atomic(folder / DATA, text + "\n")
+    files.write_atomic(folder / DATA, text + "\n")
     write_film(folder / SHEET, [_sheet(folder / films[env_id]["file"] for env_id in ordered)], 1.0)
 
 
@@ -96,7 +89,7 @@ def stale_films(folder: Path, ids: Iterable[str]) -> dict[str, str]:
         file, entry = folder / film_of(env_id), films.get(env_id)
         if entry is None or not file.is_file():
             found[env_id] = "missing"
-        elif file_digest(file) != entry["sha256"]:
+        elif files.file_digest(file) != entry["sha256"]:
             found[env_id] = "not what films.json says"
         elif entry["sources"] != sources_hash(*_SOURCES):
             found[env_id] = "older than what draws it"
@@ -128,10 +121,10 @@ def _pictures(played: Played) -> Iterator[Image]:
     yield from itertools.islice(pictures, int(_LONGEST * _FPS))
 
 
-def _sheet(files: Iterable[Path]) -> Image:
+def _sheet(films: Iterable[Path]) -> Image:
     pictures, _, _ = pillow()
     tiles = []
-    for file in files:
+    for file in films:
         with pictures.open(file) as film:
             film.seek(film.n_frames // 3)
             tiles.append(np.asarray(film.convert("RGB").resize((_SIZE // 2, _SIZE // 2))))
@@ -143,9 +136,9 @@ def _read(folder: Path) -> dict[str, Any]:
     file = folder / DATA
     if not file.is_file():
         return {}
-    with named_damage(file, "delete it and write all films anew: rigid-envs films"):
-        films = checked_values(read_json(file, _LIMIT), {"films": dict})["films"]
-        return {env_id: checked_values(entry, _ENTRY) for env_id, entry in films.items()}
+    with files.named_damage(file, "delete it and write all films anew: rigid-envs films"):
+        films = files.checked_values(files.read_json(file, _LIMIT), {"films": dict})["films"]
+        return {env_id: files.checked_values(entry, _ENTRY) for env_id, entry in films.items()}
 
 
 # Times of pictures as tables: in the terminal, and in the page about pictures.
@@ -171,7 +164,7 @@ def with_table(page: str, data: Mapping[str, Any]) -> str:
     Raises:
         ConfigError: there are no such marks.
     """
-    lines = markdown_table(_HEADER, _rows(data), "<>>>")
+    lines = files.markdown_table(_HEADER, _rows(data), "<>>>")
     content = f"{lines}\n\nOn one core of {data['provenance']['cpu']}. {_size(data)}"
     made = between(page, _MARKS, lambda: content)
     if made is None:

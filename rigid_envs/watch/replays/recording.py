@@ -17,13 +17,7 @@ from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.policies import PolicyFactory
 from rigid_envs.scores.starts import TEST_SEED, play, row_seeds
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch.replays.replay import (
-    PastEpisode,
-    Replay,
-    checked_label,
-    id_of,
-    play_again,
-)
+from rigid_envs.watch.replays.replay import PastEpisode, Replay, checked_label, id_of, play_again
 
 # Wrappers that record episodes: of any single environment, and of rows of a vector one.
 
