@@ -214,13 +214,19 @@ def read_evaluations(path: Path) -> dict[str, NDArray[Any]]:
 Arrays = dict[str, NDArray[Any]]
 
 
-def prefixed(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
-    """Arrays under names that begin with a prefix."""
-    return {f"{prefix}/{key}": value for key, value in arrays.items()}
+def flat(values: Mapping[Any, Any], prefix: str = "") -> Arrays:
+    """Arrays of nested mappings by the path to each, ``outer/inner``; None is left out."""
+    arrays: Arrays = {}
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            arrays |= flat(value, f"{prefix}{key}/")
+        elif value is not None:
+            arrays[f"{prefix}{key}"] = np.asarray(value)
+    return arrays
 
 
 def under(prefix: str, arrays: Mapping[str, NDArray[Any]]) -> Arrays:
-    """The arrays of `prefixed` among others."""
+    """Those arrays of `flat` that are inside a mapping."""
     start = f"{prefix}/"
     return {k.removeprefix(start): value for k, value in arrays.items() if k.startswith(start)}
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from rigid_envs.sb3.adapter import GymnasiumVecEnv
 from rigid_envs.scores.starts import entries_of
 
-from ..storage.logs import prefixed, under
+from ..storage.logs import flat, under
 
 
 class TrainingRows(GymnasiumVecEnv):
@@ -44,8 +44,7 @@ class TrainingRows(GymnasiumVecEnv):
             Arrays by name; `set_state` takes them back.
         """
         own = {"returns": self._returns.copy(), "lengths": self._lengths.copy()}
-        inner = prefixed("env", self._find("get_state")())
-        return {**inner, **own, "steps": np.array(self._steps)}
+        return flat({"env": self._find("get_state")(), **own, "steps": self._steps})
 
     def set_state(self, state: Mapping[str, NDArray[Any]]) -> None:
         """Return to a state, to the bit.

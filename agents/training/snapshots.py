@@ -19,7 +19,7 @@ from torch.optim import Optimizer
 from rigid_envs.base.checks import require
 
 from ..config.entries import Config
-from ..storage.logs import Arrays, prefixed, under
+from ..storage.logs import Arrays, flat, under
 from .algorithms import counters_of, parts_of
 from .rows import TrainingRows
 
@@ -109,12 +109,9 @@ def check_random(actions: np.random.BitGenerator, arrays: Arrays, document: Any)
         same, why = False, f"{error}"
     require(same, why.splitlines()[:1], "random", "states of the random streams")
     position, has_gauss = document["numpy"][1:3]  # which NumPy does not check
-    require(
-        0 <= position <= len(arrays["numpy"]) and has_gauss in (0, 1),
-        document["numpy"],
-        "random.numpy",
-        "a position in [0, 624], and whether a number is kept",
-    )
+    fits = 0 <= position <= len(arrays["numpy"]) and has_gauss in (0, 1)
+    expected = "a position in [0, 624], and whether a number is kept"
+    require(fits, document["numpy"], "random.numpy", expected)
 
 
 # Replay buffers as arrays, and back, to the bit.
@@ -145,14 +142,7 @@ def restore_buffer(buffer: ReplayBuffer, arrays: Arrays) -> None:
 
 def _tables(buffer: ReplayBuffer) -> Arrays:
     """Arrays of a buffer by name, one row per step; each part of a dictionary by itself."""
-    tables: Arrays = {}
-    for name in _TABLES:
-        table: Any = getattr(buffer, name, None)
-        if isinstance(table, dict):
-            tables |= {f"{name}/{key}": part for key, part in table.items()}
-        elif table is not None:
-            tables[name] = table
-    return tables
+    return flat({name: getattr(buffer, name, None) for name in _TABLES})
 
 
 # Check of the arrays of a checkpoint, before anything is restored from them.
@@ -171,26 +161,28 @@ class _Part(NamedTuple):
     shape: tuple[int, ...]
 
 
-def check_arrays(
-    found: Arrays,
-    fresh: Arrays,
+def check(
     model: BaseAlgorithm,
-    counters: Mapping[str, Any],
+    fresh: Arrays,
+    found: Arrays,
+    document: Mapping[str, Any],
     evaluations: Sequence[int],
 ) -> None:
-    """Refuse arrays that a run cannot have written.
+    """Refuse what `restore` could not, or should not, bring a model to.
 
     Args:
-        found: Arrays of the checkpoint.
-        fresh: Those of a checkpoint of a run that has not begun.
-        model: Its model, set up to learn.
-        counters: Those of the checkpoint, checked.
+        model: A model of the same config, set up to learn.
+        fresh: Arrays of a checkpoint of it as it is.
+        found: Arrays of a checkpoint.
+        document: Its document, checked.
         evaluations: Ages at which the run has been evaluated [steps].
 
     Raises:
         ValueError: "member = value; expected ...".
     """
-    steps, capacity = counters["num_timesteps"] // model.n_envs, _capacity(model)
+    counters, buffer = document["counters"], getattr(model, "replay_buffer", None)
+    capacity = 0 if buffer is None else int(buffer.buffer_size)  # steps of each row
+    steps = counters["num_timesteps"] // model.n_envs
     parts = {name: _Part(array.dtype, array.shape) for name, array in fresh.items()}
     if counters["_n_updates"]:
         parts |= _parts_of_moments(model)
@@ -210,6 +202,7 @@ def check_arrays(
         require(np.array_equal(value, expected), value, name, f"{expected}, from the age")
     lengths, returns = len(found["window/lengths"]), len(found["window/returns"])
     require(lengths == returns, lengths, "len(window/lengths)", f"{returns}, as of the returns")
+    check_random(streams_of(model).actions, under("random", found), document["random"])
 
 
 def _with_rows(name: str, part: _Part, rows: Mapping[str, int]) -> _Part:
@@ -247,12 +240,6 @@ def _check_parts(found: Arrays, parts: Mapping[str, _Part]) -> None:
                 f"{name} is {array.dtype} of shape {array.shape}; "
                 f"expected {part.dtype} of shape {part.shape}"
             )
-
-
-def _capacity(model: BaseAlgorithm) -> int:
-    """Steps of each row in a full replay buffer; 0 without one."""
-    buffer = getattr(model, "replay_buffer", None)
-    return 0 if buffer is None else int(buffer.buffer_size)
 
 
 def _ranges(model: BaseAlgorithm, capacity: int) -> dict[str, tuple[float, float]]:
@@ -344,12 +331,7 @@ def _check_alike(found: Any, like: Any, name: str) -> None:
             _check_alike(value, each, f"{name}[{k}]")
     elif isinstance(like, str):
         require(found == like, found, name, repr(like))
-    else:
-        _check_number(found, like, name)
-
-
-def _check_number(found: Any, like: Any, name: str) -> None:
-    if like is None:
+    elif like is None:
         require(found is None or isinstance(found, float), found, name, "a number or null")
     elif isinstance(like, float):
         is_number = isinstance(found, int | float) and not isinstance(found, bool)
@@ -364,7 +346,6 @@ def _check_number(found: Any, like: Any, name: str) -> None:
 # environment's and that of its actions), running episodes, and statistics.
 
 _COUNTERS = ("num_timesteps", "_n_updates", "_episode_num", "_current_progress_remaining")
-_OBSERVATIONS = ("_last_obs", "_last_original_obs")
 
 
 def capture(model: BaseAlgorithm, adapter: TrainingRows) -> tuple[Arrays, dict[str, Any]]:
@@ -381,15 +362,16 @@ def capture(model: BaseAlgorithm, adapter: TrainingRows) -> tuple[Arrays, dict[s
     streams, states = capture_random(streams_of(model))
     buffer = getattr(model, "replay_buffer", None)
     arrays = {
-        **prefixed("weights", {name: tensor.numpy() for name, tensor in weights.items()}),
-        **prefixed("optimizer", _moments(optimizers)),
-        **prefixed("memory", {} if buffer is None else buffer_arrays(buffer)),
-        **prefixed("adapter", adapter.get_state()),
-        **prefixed("normalize", _statistics(model.get_vec_normalize_env())),
-        **prefixed("random", streams),
-        **prefixed("window", _window(model)),
-        **_observations(model),
-        "last_episode_starts": np.asarray(model._last_episode_starts),
+        "weights": weights,
+        "optimizer": {name: each.state_dict()["state"] for name, each in optimizers.items()},
+        "memory": None if buffer is None else buffer_arrays(buffer),
+        "adapter": adapter.get_state(),
+        "normalize": _statistics(model.get_vec_normalize_env()),
+        "random": streams,
+        "window": _window(model),
+        # The last observations, from which the next actions follow; also before normalisation.
+        **{name: getattr(model, name) for name in (_LAST, _ORIGINAL)},
+        "last_episode_starts": model._last_episode_starts,
     }
     document = {
         "counters": {name: getattr(model, name) for name in (*_COUNTERS, *counters_of(model))},
@@ -399,30 +381,7 @@ def capture(model: BaseAlgorithm, adapter: TrainingRows) -> tuple[Arrays, dict[s
         },
         "random": states,
     }
-    return arrays, document
-
-
-def check(
-    model: BaseAlgorithm,
-    fresh: Arrays,
-    arrays: Arrays,
-    document: Mapping[str, Any],
-    evaluations: Sequence[int],
-) -> None:
-    """Refuse what `restore` could not, or should not, bring a model to.
-
-    Args:
-        model: A model of the same config, set up to learn.
-        fresh: Arrays of a checkpoint of it as it is.
-        arrays: Arrays of a checkpoint.
-        document: Its document, checked.
-        evaluations: Ages at which the run has been evaluated [steps].
-
-    Raises:
-        ValueError: "member = value; expected ...".
-    """
-    check_arrays(arrays, fresh, model, document["counters"], evaluations)
-    check_random(streams_of(model).actions, under("random", arrays), document["random"])
+    return flat(arrays), document
 
 
 def restore(
@@ -448,20 +407,12 @@ def restore(
     adapter.set_state(under("adapter", arrays))
     _restore_statistics(model.get_vec_normalize_env(), under("normalize", arrays))
     _restore_window(model, under("window", arrays))
-    _restore_observations(model, arrays)
+    for name in (_LAST, _ORIGINAL):
+        setattr(model, name, arrays.get(name) if name in arrays else under(name, arrays) or None)
     model._last_episode_starts = arrays["last_episode_starts"]
     for name, value in document["counters"].items():
         setattr(model, name, value)
     restore_random(streams_of(model), under("random", arrays), document["random"])
-
-
-def _moments(optimizers: Mapping[str, Optimizer]) -> Arrays:
-    return {
-        f"{name}/{index}/{key}": value.numpy()
-        for name, optimizer in optimizers.items()
-        for index, entry in optimizer.state_dict()["state"].items()
-        for key, value in entry.items()
-    }
 
 
 def _restore_optimizer(optimizer: Optimizer, arrays: Arrays, rates: list[float]) -> None:
@@ -473,23 +424,6 @@ def _restore_optimizer(optimizer: Optimizer, arrays: Arrays, rates: list[float])
     for group, rate in zip(groups, rates, strict=True):
         group["lr"] = rate
     optimizer.load_state_dict({"state": state, "param_groups": groups})
-
-
-def _observations(model: BaseAlgorithm) -> Arrays:
-    """Last observations, from which the next actions follow; also those before normalisation."""
-    arrays: Arrays = {}
-    for name in _OBSERVATIONS:
-        value: Any = getattr(model, name)
-        if isinstance(value, dict):
-            arrays |= prefixed(name, value)
-        elif value is not None:
-            arrays[name] = value
-    return arrays
-
-
-def _restore_observations(model: BaseAlgorithm, arrays: Arrays) -> None:
-    for name in _OBSERVATIONS:
-        setattr(model, name, arrays.get(name) if name in arrays else under(name, arrays) or None)
 
 
 def _statistics(normalize: VecNormalize | None) -> Arrays:

@@ -29,7 +29,7 @@ from rigid_envs.scores.starts import row_seeds
 
 from ..config.entries import Config, config_to_dict
 from ..environments import make, part_for
-from ..storage.logs import load_newest, prefixed, save_newest, under, write_evaluations
+from ..storage.logs import flat, load_newest, save_newest, under, write_evaluations
 from ..storage.runs import Run, create_run, differences, manifest, open_run
 from .algorithms import build_model, check_fit, iterate
 from .recording import acting, save_policy, stronger
@@ -308,7 +308,7 @@ class Trainer:
     def _state(self, logs: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
         """Arrays and document of a checkpoint, given the positions in the logs."""
         arrays, document = capture(self.model, self._adapter)
-        arrays |= prefixed("validation", self._validation.found)
+        arrays |= flat({"validation": self._validation.found})
         document |= {
             "config": config_to_dict(self._config),
             "manifest": manifest(),
