@@ -32,10 +32,15 @@ def is_folder_name(text: str) -> bool:
     return _NAME.fullmatch(text) is not None and text.strip(".") != ""
 
 
-def _line(text: str, rule: settings.Number, ends: settings.Number | None = None) -> settings.Either:
+def _line(default: Any, text: str, start: settings.Number, end: settings.Number) -> Any:
     """A number, or both ends of a straight line over the run."""
     also = f"{text}; [start, end] is a straight line over the run"
-    return settings.Either(also, (rule, settings.List("", ends or rule, 2, 2)))
+    return settings.setting(default, settings.Either(also, (start, settings.List("", end, 2, 2))))
+
+
+def _or_null(text: str, rule: settings.Rule) -> Any:
+    """An entry that is null where it is not given."""
+    return settings.setting(None, settings.Either(text, (settings.Null(), rule)))
 
 
 def _count(default: int, text: str, low: int, high: int) -> Any:
@@ -73,12 +78,10 @@ class Config(settings.Settings, abc.ABC):
             "longer control period"
         ),
     )
-    cost_price: float | tuple[float, float] = settings.setting(
+    cost_price: float | tuple[float, float] = _line(
         0.0,
-        _line(
-            "price of a unit of the cost of an episode, taken from the reward in training",
-            settings.Number(low=0, high=1e6),
-        ),
+        "price of a unit of the cost of an episode, taken from the reward in training",
+        *2 * [settings.Number(low=0, high=1e6)],
     )
     success_bonus: float = _number(
         0.0, "added to the reward of a step that counts as success, in training", low=0, high=1e6
@@ -92,13 +95,11 @@ class Config(settings.Settings, abc.ABC):
     total_timesteps: int = _count(1_000_000, "environment steps, all rows together", 1, 10**12)
     n_envs: int = _count(256, "rows stepped together", 1, 65536)
     gamma: float = _number(0.99, "discount factor per step", low=0, high=1)
-    learning_rate: float | tuple[float, float] = settings.setting(
+    learning_rate: float | tuple[float, float] = _line(
         (1e-3, 1e-4),
-        _line(
-            "step size of the optimiser",
-            settings.Number(low=0, high=1, above=True),
-            settings.Number(low=0, high=1),
-        ),
+        "step size of the optimiser",
+        settings.Number(low=0, high=1, above=True),
+        settings.Number(low=0, high=1),
     )
     net_arch: tuple[int, ...] = settings.setting(
         (64, 64),
@@ -133,23 +134,17 @@ class Config(settings.Settings, abc.ABC):
         100_000, "steps between evaluations on fixed held-out starts", 1, 10**12
     )
     eval_episodes: int = _count(100, "episodes of one such evaluation", 1, 100_000)
-    checkpoint_every: int | None = settings.setting(
-        None,
-        settings.Either(
-            "updates between checkpoints; null: as often as costs at most 2 % of the time",
-            (settings.Null(), Count("", 1, 10**9)),
-        ),
+    checkpoint_every: int | None = _or_null(
+        "updates between checkpoints; null: as often as costs at most 2 % of the time",
+        Count("", 1, 10**9),
     )
     torch_threads: int = _count(1, "threads of torch; 1 is fastest for small networks", 1, 1024)
     log_dir: str = settings.setting(
         "logs", settings.Text("folder of all runs", "a path", str.strip)
     )
-    run_name: str | None = settings.setting(
-        None,
-        settings.Either(
-            "folder of this run in log_dir/algo; null: the environment's name and a number",
-            (settings.Null(), settings.Text("", "1 to 80 of A-Z a-z 0-9 . _ -", is_folder_name)),
-        ),
+    run_name: str | None = _or_null(
+        "folder of this run in log_dir/algo; null: the environment's name and a number",
+        settings.Text("", "1 to 80 of A-Z a-z 0-9 . _ -", is_folder_name),
     )
 
     @property
@@ -213,23 +208,17 @@ class PPOConfig(Config):
     ent_coef: float = _number(0.0, "weight of the entropy of the policy", low=0, high=100)
     vf_coef: float = _number(0.5, "weight of the value loss", low=0, high=100)
     max_grad_norm: float = _number(0.5, "largest norm of a gradient", low=0, high=1e6, above=True)
-    target_kl: float | None = settings.setting(
-        None,
-        settings.Either(
-            "stop an update early at 1.5 times this KL divergence; null: never",
-            (settings.Null(), settings.Number(low=0, high=100, above=True)),
-        ),
+    target_kl: float | None = _or_null(
+        "stop an update early at 1.5 times this KL divergence; null: never",
+        settings.Number(low=0, high=100, above=True),
     )
     log_std_init: float = _number(
         -0.5, "logarithm of the initial standard deviation of the actions", low=-20, high=2
     )
-    action_std: tuple[float, float] | None = settings.setting(
-        None,
-        settings.Either(
-            "standard deviation of the actions: [start, end] goes from one to the other over the "
-            "run, by equal factors; null: learnt, from log_std_init on",
-            (settings.Null(), settings.List("", settings.Number(low=1e-6, high=10), 2, 2)),
-        ),
+    action_std: tuple[float, float] | None = _or_null(
+        "standard deviation of the actions: [start, end] goes from one to the other over the "
+        "run, by equal factors; null: learnt, from log_std_init on",
+        settings.List("", settings.Number(low=1e-6, high=10), 2, 2),
     )
 
     @property
@@ -246,11 +235,8 @@ class PPOConfig(Config):
         super().__post_init__()
         samples = self.steps_per_update
         if samples % self.batch_size:
-            raise settings.refusal(
-                "batch_size",
-                self.batch_size,
-                f"a divisor of n_envs * n_steps = {samples} in [2, {samples}]",
-            )
+            expected = f"a divisor of n_envs * n_steps = {samples} in [2, {samples}]"
+            raise settings.refusal("batch_size", self.batch_size, expected)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -333,9 +319,8 @@ class TQCConfig(SACConfig):
         """
         super().__post_init__()
         if self.n_dropped >= self.n_quantiles:
-            raise settings.refusal(
-                "n_dropped", self.n_dropped, f"less than n_quantiles = {self.n_quantiles}"
-            )
+            expected = f"less than n_quantiles = {self.n_quantiles}"
+            raise settings.refusal("n_dropped", self.n_dropped, expected)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -360,12 +345,9 @@ class DQNConfig(OffPolicyConfig):
             ConfigError: "config.<key>: <key> = ...; expected ...".
         """
         super().__post_init__()
-        if self.target_update_interval < self.n_envs:
-            raise settings.refusal(
-                "target_update_interval",
-                self.target_update_interval,
-                f"at least n_envs = {self.n_envs}",
-            )
+        if (interval := self.target_update_interval) < self.n_envs:
+            expected = f"at least n_envs = {self.n_envs}"
+            raise settings.refusal("target_update_interval", interval, expected)
 
 
 ALGORITHMS: dict[str, type[Config]] = {

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,7 +19,7 @@ from rigid_envs.envs.lookup import families, task_of
 from rigid_envs.scores import statistics
 from rigid_envs.scores.leaderboard import INK, MUTED, dress, file_of, look
 from rigid_envs.scores.records import Record, read_records
-from rigid_envs.scores.result import Evaluation
+from rigid_envs.scores.result import Evaluation, interval
 from rigid_envs.scores.starts import cost_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
@@ -77,18 +78,6 @@ def results_of(groups: Grouped, name: str, ids: Iterable[str] = ENVIRONMENTS) ->
     return [[_efficiency(record) for record in mine[each]] for each in ids if each in mine]
 
 
-def interval_of(
-    statistic: Callable[..., float], *policies: Sequence[Sequence[float]], n_resamples: int = 2000
-) -> tuple[float, float] | None:
-    """The interval of a statistic over the seeds, as `stratified_bootstrap` has it.
-
-    None where an environment has one training alone, which says nothing about others.
-    """
-    if any(len(each) < 2 for runs in policies for each in runs):
-        return None
-    return statistics.stratified_bootstrap(statistic, *policies, n_resamples=n_resamples)
-
-
 def digest_of(groups: Grouped) -> str:
     """Hash of all that the figures show."""
     digest = hashlib.sha256()
@@ -141,7 +130,7 @@ def _overall(groups: Grouped) -> str:
     rows: list[tuple[str, ...]] = []
     for name, by_id in groups.items():
         rates = [np.mean(_rates(each)) for each in by_id.values()]
-        runs = results_of(groups, name)
+        mean, ends = statistics.estimate(statistics.interquartile_mean, results_of(groups, name))
         cpu = max(_cpu(record) for each in by_id.values() for record in each)
         rows.append((
             in_markdown(name),
@@ -149,8 +138,8 @@ def _overall(groups: Grouped) -> str:
             str(sum(map(len, by_id.values()))),
             f"{sum(rate >= SOLVED for rate in rates)} of {len(by_id)}",
             f"{100 * np.mean(rates):.1f} %",
-            f"**{statistics.interquartile_mean(runs):.3f}**",
-            _told(interval_of(statistics.interquartile_mean, runs)),
+            f"**{mean:.3f}**",
+            interval(ends),
             f"{cpu:.0f} s",
         ))  # fmt: skip
     return _table(header, rows)
@@ -160,17 +149,9 @@ def _comparisons(groups: Grouped) -> str:
     rows: list[tuple[str, ...]] = []
     for one, other, ids in pairs(groups):
         runs = results_of(groups, one, ids), results_of(groups, other, ids)
-        chance = statistics.probability_of_improvement(*runs)
-        ends = interval_of(statistics.probability_of_improvement, *runs)
-        rows.append(
-            (
-                in_markdown(one),
-                in_markdown(other),
-                str(len(ids)),
-                f"{100 * chance:.0f} %",
-                _told(ends, 100.0),
-            )
-        )
+        chance, ends = statistics.estimate(statistics.probability_of_improvement, *runs)
+        cells = (str(len(ids)), f"{100 * chance:.0f} %", interval(ends, 100.0))
+        rows.append((in_markdown(one), in_markdown(other), *cells))
     return _table(("policy", "against", "environments", "probability", "95 %"), rows)
 
 
@@ -236,12 +217,7 @@ def _steps(records: Sequence[Record]) -> str:
 
 
 def _interval(values: Sequence[float], scale: float = 1.0) -> str:
-    return _told(statistics.mean_interval(values) if len(values) > 1 else None, scale)
-
-
-def _told(ends: tuple[float, float] | None, scale: float = 1.0) -> str:
-    digits = 1 if scale > 1.0 else 3
-    return "-" if ends is None else " .. ".join(f"{scale * end:.{digits}f}" for end in ends)
+    return interval(statistics.mean_interval(values) if len(values) > 1 else None, scale)
 
 
 def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -320,11 +296,8 @@ def _draw_curves(groups: Grouped, ids: Sequence[str]) -> Figure:
 def _draw_panel(axes: Axes, groups: Grouped, env_id: str) -> None:
     for name, records in policies_of(groups, env_id).items():
         steps, rates = _curves(records)
-        colour = _colour(groups, name)
-        if len(records) > 1:
-            low, high = statistics.stratified_band(_mean_curve, [rates], n_resamples=_RESAMPLES)
-            axes.fill_between(steps, 100 * low, 100 * high, color=colour, alpha=0.2, lw=0)
-        axes.plot(steps, 100 * rates.mean(axis=0), color=colour, lw=1.5)
+        style = {"color": _colour(groups, name), "lw": 1.5}
+        _draw_band(axes, steps, lambda runs: runs[0].mean(axis=0), [rates], style)
     axes.axhline(100 * SOLVED, color=MUTED, lw=0.6, ls=":")
     axes.set_title(env_id.rpartition("/")[2].removesuffix("-v0"), loc="left", fontsize=9, color=INK)
     axes.set_ylim(-3, 103)
@@ -350,8 +323,14 @@ def _curves(records: Sequence[Record]) -> tuple[Array, Array]:
     return steps, np.array(each)
 
 
-def _mean_curve(runs: Sequence[Array]) -> Array:
-    return np.asarray(runs[0].mean(axis=0))
+def _draw_band(
+    axes: Axes, at: Array, curve: Callable[..., Array], runs: Sequence[Any], style: dict[str, Any]
+) -> None:
+    """A curve [%] over the seeds of each id, with its interval where there are several."""
+    if all(len(each) > 1 for each in runs):
+        low, high = statistics.stratified_band(curve, runs, n_resamples=_RESAMPLES)
+        axes.fill_between(at, 100 * low, 100 * high, color=style["color"], alpha=0.2, lw=0)
+    axes.plot(at, 100 * curve(runs), **style)
 
 
 def _draw_profiles(groups: Grouped) -> Figure:
@@ -360,16 +339,9 @@ def _draw_profiles(groups: Grouped) -> Figure:
     axes = figure.subplots()
     at = np.linspace(0.0, 1.0, 101)
     for name in groups:
-        runs, colour = results_of(groups, name), _colour(groups, name)
-        if all(len(each) > 1 for each in runs):
-            low, high = statistics.stratified_band(
-                lambda drawn: statistics.performance_profile(drawn, at),
-                runs,
-                n_resamples=_RESAMPLES,
-            )
-            axes.fill_between(at, 100 * low, 100 * high, color=colour, alpha=0.2, lw=0)
-        share = 100 * statistics.performance_profile(runs, at)
-        axes.plot(at, share, color=colour, lw=1.8, label=_with_count(groups, name))
+        style = {"color": _colour(groups, name), "lw": 1.8, "label": _with_count(groups, name)}
+        profile = partial(statistics.performance_profile, thresholds=at)
+        _draw_band(axes, at, profile, results_of(groups, name), style)
     dress(axes, "share of trainings above it")
     axes.set_xlabel("efficiency", color=MUTED)
     axes.set_ylim(-3, 103)
@@ -382,9 +354,9 @@ def _draw_aggregates(groups: Grouped) -> Figure:
     """Interquartile mean of the efficiencies of each policy."""
     rows = {}
     for name in groups:
-        runs = results_of(groups, name)
-        ends = interval_of(statistics.interquartile_mean, runs, n_resamples=_RESAMPLES)
-        rows[_with_count(groups, name)] = statistics.interquartile_mean(runs), ends
+        rows[_with_count(groups, name)] = statistics.estimate(
+            statistics.interquartile_mean, results_of(groups, name), n_resamples=_RESAMPLES
+        )
     colours = [_colour(groups, name) for name in groups]
     return _draw_intervals(rows, colours, "interquartile mean of the efficiency")
 
@@ -394,10 +366,8 @@ def _draw_improvement(groups: Grouped) -> Figure:
     rows, colours = {}, []
     for one, other, ids in pairs(groups):
         runs = results_of(groups, one, ids), results_of(groups, other, ids)
-        ends = interval_of(statistics.probability_of_improvement, *runs, n_resamples=_RESAMPLES)
-        rows[f"{in_plot(one)} > {in_plot(other)} ({len(ids)})"] = (
-            statistics.probability_of_improvement(*runs),
-            ends,
+        rows[f"{in_plot(one)} > {in_plot(other)} ({len(ids)})"] = statistics.estimate(
+            statistics.probability_of_improvement, *runs, n_resamples=_RESAMPLES
         )
         colours.append(_colour(groups, one))
     figure = _draw_intervals(rows, colours, "probability of improvement")

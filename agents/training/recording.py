@@ -118,7 +118,9 @@ def make_record(run: Run, n: int) -> Record:
     config, path = run.config(), run / _POLICY
     policy, times = load(path), _times(run)
     found = evaluate(policy, config.env_id, n, env_kwargs=policy.env_kwargs, name=policy.name)
-    document = policy.document
+    document, where, also = policy.document, provenance(), manifest()
+    where["versions"] |= also["versions"]
+    where["cpu_capability"] = also["cpu_capability"]
     return record_of(
         found,
         algo=config.algo,
@@ -134,7 +136,7 @@ def make_record(run: Run, n: int) -> Record:
         },
         policy_sha256=file_digest(path),
         curve=_curve(run),
-        provenance=_provenance(),
+        provenance=where,
     )
 
 
@@ -159,15 +161,6 @@ def publish(run: Run, folder: Path = FOLDER) -> Path:
     write_record(path.with_suffix(".json"), record)
     write_atomic(path, (run / _POLICY).read_bytes())
     return path
-
-
-def _provenance() -> dict[str, Any]:
-    where, also = provenance(), manifest()
-    return {
-        **where,
-        "versions": where["versions"] | also["versions"],
-        "cpu_capability": also["cpu_capability"],
-    }
 
 
 def _times(run: Run) -> dict[str, str]:

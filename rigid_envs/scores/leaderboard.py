@@ -16,9 +16,9 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.evaluation import published_evaluation
 from rigid_envs.scores.records import read_results
-from rigid_envs.scores.result import Evaluation, rates_of
+from rigid_envs.scores.result import Evaluation, interval, rates_of
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION, Cost, cost_of
-from rigid_envs.scores.statistics import interquartile_mean, stratified_bootstrap
+from rigid_envs.scores.statistics import estimate, interquartile_mean
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
@@ -257,10 +257,8 @@ def _overall(results: Sequence[Row]) -> list[tuple[str, ...]]:
     found = []
     for name, runs in kinds.items():
         by_id, n = list(runs.values()), sum(map(len, runs.values()))
-        ends = "-"
-        if all(len(each) > 1 for each in by_id):  # one run says nothing about others
-            ends = "{:.3f} .. {:.3f}".format(*stratified_bootstrap(interquartile_mean, by_id))
-        found.append((interquartile_mean(by_id), name, len(by_id), n, ends))
+        mean, ends = estimate(interquartile_mean, by_id)
+        found.append((mean, name, len(by_id), n, interval(ends)))
     return [
         (in_markdown(name), str(n_ids), str(n), f"{mean:.3f}", ends)
         for mean, name, n_ids, n, ends in sorted(found, reverse=True)

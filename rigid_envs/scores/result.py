@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -221,13 +221,19 @@ class Evaluation:
 
 def rates_of(figures: Mapping[str, Any]) -> tuple[str, str, str, str]:
     """Rate of success [%], its 95 % interval, efficiency and its interval, as cells of a table."""
-    ends, efficiency = figures["efficiency_95"], figures["efficiency"]
+    efficiency = figures["efficiency"]
     return (
         f"{100 * figures['success_rate']:.1f} %",
-        " .. ".join(f"{100 * end:.1f}" for end in figures["success_rate_95"]),
+        interval(figures["success_rate_95"], 100.0),
         "-" if efficiency is None else f"{efficiency:.3f}",
-        "-" if ends is None else " .. ".join(f"{end:.3f}" for end in ends),
+        interval(figures["efficiency_95"]),
     )
+
+
+def interval(ends: Sequence[float] | None, scale: float = 1.0) -> str:
+    """Ends of an interval as a cell of a table, in parts of 1, or of a scale as 100 [%]."""
+    digits = 1 if scale > 1.0 else 3
+    return "-" if ends is None else " .. ".join(f"{scale * end:.{digits}f}" for end in ends)
 
 
 def _plain(value: float) -> float | None:

@@ -175,6 +175,19 @@ def stratified_band(
     return low, high
 
 
+def estimate(
+    statistic: Callable[..., float], *policies: Sequence[Sequence[float]], n_resamples: int = 2000
+) -> tuple[float, tuple[float, float] | None]:
+    """Value of a statistic, and its interval by `stratified_bootstrap`.
+
+    The interval is None where an id has one seed alone, which says nothing about others.
+    """
+    ends = None
+    if all(len(each) > 1 for runs in policies for each in runs):
+        ends = stratified_bootstrap(statistic, *policies, n_resamples=n_resamples)
+    return statistic(*policies), ends
+
+
 def _checked(runs: Runs) -> list[Array]:
     """Each an array of one seed at least."""
     arrays = [np.asarray(each, dtype=np.float64) for each in runs]
