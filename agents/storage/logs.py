@@ -91,9 +91,10 @@ class CsvLog:
         Raises:
             OSError: The disk is full, or gone; names the file.
         """
-        lines = (",".join(_cell(row.get(key)) for key in self.columns) for row in rows)
+        text = io.StringIO()
+        csv.DictWriter(text, self.columns, "", "ignore", lineterminator="\n").writerows(rows)
         try:
-            self._file.write("".join(f"{line}\n" for line in lines).encode())
+            self._file.write(text.getvalue().encode())
             self._file.flush()
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(self._path)) from error
@@ -162,13 +163,6 @@ class TensorBoardLog(TensorBoardOutputFormat):
         """Close the file; what could not be written has been told of."""
         with contextlib.suppress(OSError):
             super().close()
-
-
-def _cell(value: Any) -> str:
-    if value is None:
-        return ""
-    item = value.item() if hasattr(value, "item") else value
-    return str(item)
 
 
 # `evaluations.npz` of a run: evaluations during training, as SB3's EvalCallback writes them.

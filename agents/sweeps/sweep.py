@@ -13,12 +13,11 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.sb3.adapter import NonFiniteError
@@ -41,8 +40,7 @@ DONE, FAILED, IN_USE = 0, 1, 2
 """Statuses of `work`."""
 
 
-@dataclass(frozen=True)
-class Training:
+class Training(NamedTuple):
     """A config to train, and where its record goes.
 
     Attributes:

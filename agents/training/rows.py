@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from rigid_envs.sb3.adapter import GymnasiumVecEnv
 from rigid_envs.scores.starts import entries_of
@@ -66,15 +67,11 @@ class TrainingRows(GymnasiumVecEnv):
             rewards = rewards + self.bonus * told["is_success"]
         return rewards
 
-    def _end_episodes(
-        self,
-        rows: NDArray[np.intp],
-        truncated: NDArray[np.bool_],
-        infos: dict[str, Any],
-        row_infos: list[dict[str, Any]],
-    ) -> None:
-        super()._end_episodes(rows, truncated, infos, row_infos)
-        for info in (row_infos[row] for row in rows):
+    def step_wait(self) -> VecEnvStepReturn:
+        """As of the adapter; also keeps how episodes ended."""
+        result = super().step_wait()
+        for info in filter(None, result[-1]):  # of rows whose episode has ended
             won, age = info.get("is_success"), self._steps * self.num_envs
             ended = {"t": age, "is_success": None if won is None else int(won)}
             self._ends.append({**info["episode"], **ended})
+        return result

@@ -9,10 +9,9 @@ import threading
 import time
 from collections.abc import Mapping
 from contextlib import closing
-from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType, TracebackType
-from typing import Any
+from typing import Any, NamedTuple
 
 import torch
 from gymnasium.spaces import Box
@@ -143,8 +142,7 @@ _SHARE = 0.02  # largest share of the time that goes into checkpoints
 _LEAST_GAP = 2.0  # seconds between them, lest a fast disk be worn for nothing
 
 
-@dataclass(frozen=True)
-class Session:
+class Session(NamedTuple):
     """What a session of a training has come to.
 
     Attributes:

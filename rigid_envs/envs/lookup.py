@@ -7,8 +7,7 @@ import logging
 import multiprocessing
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -303,8 +302,7 @@ def families(ids: Iterable[str] = ENVIRONMENTS) -> dict[str, list[str]]:
 # Compilation of environments before their first use, in processes side by side.
 
 
-@dataclass(frozen=True)
-class Kernel:
+class Kernel(NamedTuple):
     """Compiled loop of an environment.
 
     Attributes:

@@ -13,7 +13,6 @@ from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
-import numpy.typing as npt
 from gymnasium.error import DependencyNotInstalled
 
 import rigid_envs
@@ -90,44 +89,25 @@ def check_name(name: str) -> None:
 
 # Episodes of a policy, with everything that its environment gave and was given.
 
-Array = npt.NDArray[Any]
-
 INFOS = ("cost", "is_success")
 """Entries of the infos that are kept, one more than steps: the first is that of the reset."""
 
 
-class Recorded(NamedTuple):
-    """An episode of T steps.
-
-    Attributes:
-        seed: ``reset(seed=...)`` of a single environment begins it.
-        observations: Shape (T + 1, n), or a dictionary of such.
-        actions: As they were given, shape (T, m), of choices (T,).
-        rewards: Shape (T,).
-        terminations: Shape (T,).
-        truncations: Shape (T,).
-        infos: The entries `INFOS`, each of shape (T + 1,).
-    """
-
-    seed: int
-    observations: Array | dict[str, Array]
-    actions: Array
-    rewards: Array
-    terminations: npt.NDArray[np.bool_]
-    truncations: npt.NDArray[np.bool_]
-    infos: dict[str, Array]
-
-
 def collect(
     policy: policies.PolicyFactory, envs: RigidVectorEnv, seeds: Sequence[int]
-) -> list[Recorded]:
+) -> list[Any]:
     """One episode in each row.
 
     Args:
         policy: What acts.
         envs: Rows that reset in the step that ends their episode.
         seeds: Seed of each row.
+
+    Returns:
+        Minari's `EpisodeBuffer` of each. Of T steps, observations and the entries `INFOS` have
+        T + 1 rows; actions, as they were given, rewards, terminations and truncations have T.
     """
+    episode = minari_of().data_collector.EpisodeBuffer
     steps = list(rollout(policy(envs), envs, seeds, INFOS))
     observations = [steps[0].seen, *(step.observations for step in steps)]
     first = {key: np.zeros_like(entry) for key, entry in steps[0].infos.items()}  # of the reset
@@ -140,7 +120,7 @@ def collect(
     told = {key: np.stack([each[key] for each in entries]) for key in INFOS}
     whole = _stacked(observations)
     return [
-        Recorded(
+        episode(
             seed=seed,
             observations=_of_row(whole, row, n + 1),
             actions=actions[:n, row].astype(envs.single_action_space.dtype),
@@ -315,13 +295,12 @@ def _fill(
     tell: Callable[[str], None],
 ) -> None:
     """Play the episodes and give them to Minari, some at a time."""
-    minari, dataset = minari_of(), None
+    dataset = None
     for k in range(0, len(seeds), _ROWS):
         tell(f"{k} of {len(seeds)} episodes")
         envs = make_rows(env_id, len(seeds[k : k + _ROWS]), acting.settings)
-        played = collect(acting.policy, envs, seeds[k : k + _ROWS])
+        buffers = collect(acting.policy, envs, seeds[k : k + _ROWS])
         envs.close()
-        buffers = [minari.data_collector.EpisodeBuffer(**episode._asdict()) for episode in played]
         if dataset is None:
             dataset = _begun(name, env_id, acting, buffers)
         else:

@@ -4,8 +4,7 @@ import inspect
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.mechanics import body_laws as bodies
@@ -44,8 +43,7 @@ def check_all(
 _LONGEST = 300  # characters of an error message that are shown: those of compilers fill pages
 
 
-@dataclass(frozen=True)
-class Verdict:
+class Verdict(NamedTuple):
     """The outcomes of all laws that were checked.
 
     Attributes:

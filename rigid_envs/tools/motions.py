@@ -156,19 +156,10 @@ def _pump() -> Replay:
 
 
 MOTIONS: Mapping[str, Callable[[], Replay]] = {
-    "polhodes": _polhodes,
-    "herpolhode": _herpolhode,
-    "cones": _cones,
-    "flip": _flip,
-    "nutation": _nutation,
-    "precession": _precession,
-    "sleeping": _sleeping,
-    "coin": _coin,
-    "disk": _disk,
-    "holonomy": _holonomy,
-    "shortest": _shortest,
-    "brackets": _brackets,
-    "turntable": _turntable,
-    "pump": _pump,
+    make.__name__.strip("_"): make
+    for make in (
+        *(_polhodes, _herpolhode, _cones, _flip, _nutation, _precession, _sleeping, _coin),
+        *(_disk, _holonomy, _shortest, _brackets, _turntable, _pump),
+    )
 }
 """Figures that move, by name; the others show a static law, or a system without an environment."""

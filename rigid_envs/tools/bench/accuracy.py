@@ -2,8 +2,7 @@
 
 import importlib.util
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -19,8 +18,7 @@ OMEGA0 = (0.01, 1.0, 0.01)
 """Initial angular velocity [rad/s], body axes: beside the unstable axis, so that it flips."""
 
 
-@dataclass(frozen=True)
-class FreeRun:
+class FreeRun(NamedTuple):
     """Errors of a torque-free run.
 
     Attributes:
@@ -104,8 +102,7 @@ _MODEL = """
 """
 
 
-@dataclass(frozen=True)
-class MujocoSetting:
+class MujocoSetting(NamedTuple):
     """Integrator and substeps of the body in MuJoCo, and the accuracy they give.
 
     Attributes:

@@ -7,10 +7,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
@@ -44,8 +43,7 @@ _FORMS = {
 }
 
 
-@dataclass(frozen=True)
-class Ratio:
+class Ratio(NamedTuple):
     """Steps per second over those of a peer.
 
     Attributes:
@@ -95,8 +93,7 @@ print(time.perf_counter() - start)
 """
 
 
-@dataclass(frozen=True)
-class Startup:
+class Startup(NamedTuple):
     """Times from the import to the first step, one for each new process.
 
     Attributes:
@@ -118,13 +115,10 @@ class Startup:
 def startup(env_id: str, n_cold: int, n_warm: int) -> Startup:
     """Start processes one by one: cold ones, each with its own empty cache, then warm ones."""
     with tempfile.TemporaryDirectory() as folder:
-        cold = tuple(_seconds(env_id, f"{folder}/{k}") for k in range(n_cold))
-        warm = tuple(_seconds(env_id, f"{folder}/0") for _ in range(n_warm))
-    return Startup(env_id, cold, warm)
-
-
-def _seconds(env_id: str, cache: str) -> float:
-    return seconds_told(_PROGRAM.format(env_id=env_id), {"NUMBA_CACHE_DIR": cache})
+        caches = [*(f"{folder}/{k}" for k in range(n_cold)), *[f"{folder}/0"] * n_warm]
+        program = _PROGRAM.format(env_id=env_id)
+        times = [seconds_told(program, {"NUMBA_CACHE_DIR": cache}) for cache in caches]
+    return Startup(env_id, tuple(times[:n_cold]), tuple(times[n_cold:]))
 
 
 def seconds_told(program: str, environment: Mapping[str, str]) -> float:
@@ -149,8 +143,7 @@ def seconds_told(program: str, environment: Mapping[str, str]) -> float:
 # The figures of one benchmark run.
 
 
-@dataclass(frozen=True)
-class Figures:
+class Figures(NamedTuple):
     """All measurements of a run, and what is computed from them.
 
     Attributes:
@@ -185,13 +178,16 @@ class Figures:
             "rounds": self.rounds,
             "seconds_per_turn": self.seconds,
             "steps_per_second": [
-                {**asdict(s), "median": s.median, "quartiles": s.quartiles} for s in self.speeds
+                {**s._asdict(), "median": s.median, "quartiles": s.quartiles} for s in self.speeds
             ],
-            "mujoco": [{"name": setting.name, **asdict(setting)} for setting in self.mujoco],
-            "costs": [asdict(cost) for cost in self.costs],
-            "accuracy": [asdict(run) for run in self.runs],
-            "import_to_first_step": [asdict(startup) for startup in self.startups],
-            "ratios": [asdict(ratio) for ratio in self.ratios],
+            "mujoco": [
+                {"name": each.name, **each._asdict(), "errors": each.errors._asdict()}
+                for each in self.mujoco
+            ],
+            "costs": [cost._asdict() for cost in self.costs],
+            "accuracy": [run._asdict() for run in self.runs],
+            "import_to_first_step": [startup._asdict() for startup in self.startups],
+            "ratios": [ratio._asdict() for ratio in self.ratios],
         }
 
 
@@ -212,8 +208,7 @@ print(time.perf_counter() - start)
 """
 
 
-@dataclass(frozen=True)
-class FrameTimes:
+class FrameTimes(NamedTuple):
     """Times of anti-aliased pictures of 480 x 480 pixels, on one thread.
 
     Attributes:
@@ -243,20 +238,14 @@ def frame_times(
         n_rounds: number of rounds.
         report: called with a line before each measurement.
     """
-    names = list(ids)
-    samples: dict[str, tuple[list[float], list[float], list[float]]]
-    samples = {env_id: ([], [], []) for env_id in names}
+    samples: dict[str, list[list[float]]] = {env_id: [[], [], []] for env_id in ids}
     for k in range(n_rounds):
-        for env_id in names:
+        for env_id, kept in samples.items():
             report(f"round {k + 1} of {n_rounds}: {env_id}")
-            shaded, plain = _times(env_id, n_frames)
-            for kept, times in zip(
-                samples[env_id],
-                (shaded, plain, [seconds_told(_FIRST_PICTURE.format(env_id=env_id), {})]),
-                strict=True,
-            ):
-                kept.extend(times)
-    return [FrameTimes(env_id, *map(statistics.median, samples[env_id])) for env_id in names]
+            first = seconds_told(_FIRST_PICTURE.format(env_id=env_id), {})
+            for each, times in zip(kept, [*_times(env_id, n_frames), [first]], strict=True):
+                each += times
+    return [FrameTimes(env_id, *map(statistics.median, kept)) for env_id, kept in samples.items()]
 
 
 def installed_size(packages: Iterable[str] = PACKAGES) -> dict[str, int]:

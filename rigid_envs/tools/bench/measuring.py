@@ -2,9 +2,8 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from itertools import cycle, islice
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
@@ -19,8 +18,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 # for them does not count.
 
 
-@dataclass(frozen=True)
-class Workload:
+class Workload(NamedTuple):
     """Something that is timed.
 
     Attributes:
@@ -36,8 +34,7 @@ class Workload:
     clock: Callable[[], float] = time.process_time
 
 
-@dataclass
-class Throughput:
+class Throughput(NamedTuple):
     """Steps per second of one workload.
 
     Attributes:
@@ -48,7 +45,7 @@ class Throughput:
 
     name: str
     column: str
-    samples: list[float] = field(default_factory=list)
+    samples: list[float]
 
     @property
     def median(self) -> float:
@@ -84,17 +81,15 @@ def time_interleaved(
         One throughput per workload, in their order; sample k of all is from the same round.
     """
     repeats = [_repeats_in(workload, seconds) for workload in workloads]
-    throughputs = [Throughput(workload.name, workload.column) for workload in workloads]
+    speeds = np.empty((len(workloads), rounds))
     shuffle = np.random.default_rng(0)
     for done in range(rounds):
         progress(done)
-        speeds = np.empty(len(workloads))
         for k in shuffle.permutation(len(workloads)):
-            speeds[k] = _speed(workloads[k], repeats[k])[0]
-        for throughput, speed in zip(throughputs, speeds.tolist(), strict=True):
-            throughput.samples.append(speed)
+            speeds[k, done] = _speed(workloads[k], repeats[k])[0]
     progress(rounds)
-    return throughputs
+    rows = zip(workloads, speeds.tolist(), strict=True)
+    return [Throughput(workload.name, workload.column, row) for workload, row in rows]
 
 
 def _repeats_in(workload: Workload, seconds: float) -> int:
@@ -139,16 +134,10 @@ def our_workloads(ids: Sequence[str]) -> list[Workload]:
             workloads.append(Workload(name, column, vector_workload(staggered(env_id, n, 1))))
         pair = vector_workload(staggered(env_id, 4096, 2))
         workloads.append(Workload(name, "2 threads", pair, time.perf_counter))
-        if name == FREE_BODY:
-            workloads += _on_request(env_id)
+        for column, n in ON_REQUEST.items() if name == FREE_BODY else ():
+            run = vector_workload(staggered(env_id, n, 1, infos_on_request=True))
+            workloads.append(Workload(name, column, run))
     return workloads
-
-
-def _on_request(env_id: str) -> list[Workload]:
-    return [
-        Workload(FREE_BODY, column, vector_workload(staggered(env_id, n, 1, infos_on_request=True)))
-        for column, n in ON_REQUEST.items()
-    ]
 
 
 def gymnasium_workloads() -> list[Workload]:
@@ -230,8 +219,7 @@ FORMS = {"bare": "bare step", "4096": "row of 4096"}
 _LEAST = 3  # environments below which a median says nothing
 
 
-@dataclass(frozen=True)
-class StepTime:
+class StepTime(NamedTuple):
     """Time of one environment step.
 
     Attributes:

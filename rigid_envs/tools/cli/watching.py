@@ -3,7 +3,6 @@
 import argparse
 import json
 from collections.abc import Sequence
-from dataclasses import asdict
 from pathlib import Path
 
 from rigid_envs.base.checks import one_named, positive
@@ -73,7 +72,7 @@ def frames_(options: argparse.Namespace) -> None:
     page = "" if options.page is None else options.page.read_text(encoding="utf-8")
     data = {
         "provenance": provenance(),
-        "frames": [asdict(times) for times in figures.frame_times(ids, report=tell)],
+        "frames": [times._asdict() for times in figures.frame_times(ids, report=tell)],
         "bytes": figures.installed_size(),
     }
     tell("")

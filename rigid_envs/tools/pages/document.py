@@ -5,8 +5,8 @@ import math
 import pprint
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import fields
+from typing import Any, NamedTuple
 
 from gymnasium import spaces
 
@@ -57,15 +57,13 @@ _ACCESS = (
 )
 
 
-@dataclass(frozen=True)
-class Code:
+class Code(NamedTuple):
     """A block of Python."""
 
     text: str
 
 
-@dataclass(frozen=True)
-class Section:
+class Section(NamedTuple):
     """A section: title, blocks and subsections."""
 
     title: str

@@ -6,8 +6,8 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Mapping, Sequence
-from dataclasses import Field, dataclass, fields
-from typing import Any
+from dataclasses import Field, fields
+from typing import Any, NamedTuple
 
 from gymnasium import spaces
 
@@ -137,8 +137,7 @@ class DocstringError(ValueError):
     """The docstring of a task lacks the form that its page is made from."""
 
 
-@dataclass(frozen=True)
-class TaskDocstring:
+class TaskDocstring(NamedTuple):
     """A parsed docstring: summary line, paragraphs of the description, and of each section."""
 
     summary: str
@@ -237,8 +236,7 @@ SIDES = str.maketrans("=", "<")
 """Sides of columns by their kinds."""
 
 
-@dataclass(frozen=True)
-class Table:
+class Table(NamedTuple):
     """Rows under a header.
 
     Attributes:

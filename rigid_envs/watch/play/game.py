@@ -5,9 +5,8 @@ from __future__ import annotations
 import functools
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
@@ -36,8 +35,7 @@ _ROUNDING = 1e-9  # share of a step that is none
 _TURN = 0.35  # time in which a move on the grid is shown [s]
 
 
-@dataclass(frozen=True)
-class Rival:
+class Rival(NamedTuple):
     """What theory and the reference controller make of the same start.
 
     Attributes:
@@ -187,8 +185,7 @@ _PAPER, _INK, _MUTED = (255, 255, 255), (38, 44, 54), (110, 118, 130)
 _RULE, _BAR, _GOOD, _BAD = (208, 213, 221), (0, 114, 178), (0, 130, 95), (190, 80, 0)
 
 
-@dataclass(frozen=True)
-class Status:
+class Status(NamedTuple):
     """What is written.
 
     Attributes:

@@ -115,12 +115,10 @@ _CONSERVED = {
 def _errors(system: System, episode: PastEpisode, word: str) -> list[Curve]:
     """Energy, and momenta: errors where nothing drives the system, else changes."""
     found = conservation_errors(system, episode.y)
-    energy = found.pop("energy", None)
     result = []
-    if energy is not None:
-        result.append(
-            Curve("energy", f"Energy {word}", "relative", ("energy",), np.asarray(energy)[:, None])
-        )
+    if (energy := found.pop("energy", None)) is not None:
+        title = f"Energy {word}"
+        result.append(Curve("energy", title, "relative", ("energy",), energy[:, None]))
     if found:
         names = tuple(_CONSERVED[name] for name in found)
         title = f"|L| {word}" if tuple(found) == ("L",) else f"Momentum {word}"
@@ -133,23 +131,19 @@ def _errors(system: System, episode: PastEpisode, word: str) -> list[Curve]:
 def _motion(system: System, episode: PastEpisode) -> list[Curve]:
     """Angular velocity; of what has one degree of freedom, the velocity."""
     y, named = episode.y, system.accessors
-    found = []
-    axes = ("\u03c9\u2081", "\u03c9\u2082", "\u03c9\u2083")
-    world = ("\u03c9x", "\u03c9y", "\u03c9z")
+    unit, names = "rad/s, world axes", ("\u03c9x", "\u03c9y", "\u03c9z")
     if "omega_body" in named:
-        found.append(
-            Curve("omega", "Angular velocity", "rad/s, body axes", axes, named["omega_body"](y))
-        )
+        unit, names = "rad/s, body axes", ("\u03c9\u2081", "\u03c9\u2082", "\u03c9\u2083")
+        values = named["omega_body"](y)
     elif "omega_world" in named:
         values = named["omega_world"](y)
-        found.append(Curve("omega", "Angular velocity", "rad/s, world axes", world, values))
     elif hasattr(system, "omega_world"):
         values = np.asarray(system.omega_world(episode.u))
-        found.append(Curve("omega", "Angular velocity", "rad/s, world axes", world, values))
     elif "velocity" in named:
-        speed = named["velocity"](y).reshape(len(y), -1)
-        found.append(Curve("omega", "Velocity", "m/s", ("v",), speed))
-    return found
+        return [Curve("omega", "Velocity", "m/s", ("v",), named["velocity"](y).reshape(len(y), -1))]
+    else:
+        return []
+    return [Curve("omega", "Angular velocity", unit, names, values)]
 
 
 def _path(system: System, y: Array) -> list[Curve]:
@@ -417,9 +411,7 @@ def _panel(view: View, path: Sequence[Moment]) -> Panel:
 
 
 def _plots(
-    packer: Packer,
-    found: Sequence[Sequence[Curve]],
-    shown: Sequence[tuple[Replay, PastEpisode]],
+    packer: Packer, found: Sequence[Sequence[Curve]], shown: Sequence[tuple[Replay, PastEpisode]]
 ) -> list[dict[str, Any]]:
     """One plot for each kind of curve, with the lines of all episodes that have it."""
     kinds: dict[tuple[Any, ...], dict[int, Curve]] = {}

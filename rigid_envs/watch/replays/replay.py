@@ -138,37 +138,15 @@ def play_again(
         core.actions[0] = action
         require(core.step() >= 0, action, f"actions[{k}]", "finite numbers")
         moments.append(core.moment(0))
-    found = {name: np.array(part, dtype=np.float64) for name, part in start.items()}
-    return _of_moments(label, found, rows, moments, terminated=terminated, truncated=truncated)
-
-
-def same_bits(one: PastEpisode, other: PastEpisode) -> bool:
-    """Whether all arrays of two episodes agree to the bit, and the parameters."""
-    return one.parameters == other.parameters and all(
-        getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in ARRAYS
-    )
-
-
-def _of_moments(
-    label: str,
-    start: Mapping[str, Array],
-    actions: npt.NDArray[np.float32],
-    moments: Sequence[Moment],
-    *,
-    terminated: bool,
-    truncated: bool,
-) -> PastEpisode:
-    """The episode of T actions and T + 1 moments."""
-    first, steps = moments[0], moments[1:]
-    n = len(steps)
+    first, steps, n = moments[0], moments[1:], len(rows)
     return PastEpisode(
         label=label,
-        start=start,
+        start={name: np.array(part, dtype=np.float64) for name, part in start.items()},
         parameters=dict(first.parameters),
         y=np.array([moment.y for moment in moments]),
         u=np.array([moment.u for moment in steps]).reshape(n, len(first.u)),
-        actions=actions.copy(),
-        applied=np.array([moment.action for moment in steps]).reshape(n, actions.shape[1]),
+        actions=rows.copy(),
+        applied=np.array([moment.action for moment in steps]).reshape(rows.shape),
         rewards=np.array([moment.reward for moment in steps], dtype=np.float64),
         costs=np.array([moment.cost for moment in steps], dtype=np.float64),
         success=np.array([moment.success for moment in steps], dtype=np.bool_),
@@ -176,6 +154,13 @@ def _of_moments(
         aux=np.array([list(moment.aux.values()) for moment in moments]).reshape(n + 1, -1),
         terminated=terminated,
         truncated=truncated,
+    )
+
+
+def same_bits(one: PastEpisode, other: PastEpisode) -> bool:
+    """Whether all arrays of two episodes agree to the bit, and the parameters."""
+    return one.parameters == other.parameters and all(
+        getattr(one, name).tobytes() == getattr(other, name).tobytes() for name in ARRAYS
     )
 
 
