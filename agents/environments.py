@@ -56,18 +56,14 @@ def make(
     """
     module, _, name = env_id.rpartition(":")
     if module and module not in sys.modules:
-        raise refusal(
-            "env_id", env_id, f"no import of {module}: allow it with --allow-import {module}"
-        )
+        expected = f"no import of {module}: allow it with --allow-import {module}"
+        raise refusal("env_id", env_id, expected)
     if name not in gym.registry or gym.registry[name].vector_entry_point is None:
         known = [key for key, spec in gym.registry.items() if spec.vector_entry_point is not None]
         close = difflib.get_close_matches(name, known, n=1) or sorted(known)
-        raise refusal(
-            "env_id",
-            env_id,
-            "a registered environment with a native vector form: "
-            f"did you mean {', '.join(map(repr, close))}?",
-        )
+        hint = f"did you mean {', '.join(map(repr, close))}?"
+        expected = f"a registered environment with a native vector form: {hint}"
+        raise refusal("env_id", env_id, expected)
     try:
         _refuse_others(name, env_kwargs)
         return gym.make_vec(
@@ -78,11 +74,9 @@ def make(
             **env_kwargs,
         )
     except (TypeError, ValueError) as error:
-        why = str(error)
-        prefix = f"config.{entry}."
+        why, prefix = str(error), f"config.{entry}"
         nested = why.startswith("config.")
-        why = prefix + why[7:] if nested else f"config.{entry}: {why}"
-        raise ConfigError(why) from error
+        raise ConfigError(f"{prefix}{why[6:]}" if nested else f"{prefix}: {why}") from error
 
 
 def _refuse_others(env_id: str, env_kwargs: Mapping[str, Any]) -> None:

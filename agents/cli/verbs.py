@@ -363,13 +363,8 @@ def benchmark(options: argparse.Namespace) -> int:
             name = f"{re.split('[:/]', env_id)[-1]}_{config.frame}_{seed}"
             config = dataclasses.replace(config, run_name=name)
             trainings.append(Training(config, records, options.episodes))
-    status = train_all(
-        trainings,
-        _workers(options),
-        options.overwrite,
-        options.quiet,
-        options.patience or PATIENCE,
-    )
+    patience = options.patience or PATIENCE
+    status = train_all(trainings, _workers(options), options.overwrite, options.quiet, patience)
     if status >= 128:
         print(f"stopped by {signal.Signals(status - 128).name}; the same command goes on")
     else:

@@ -98,12 +98,9 @@ def check_fit(config: Config, venv: VectorEnv[Any, Any, Any]) -> None:
     if config.goal_turn and part_for(config.env_kwargs, seen) is not None:
         raise refusal("goal_turn", True, "False: networks read no goals in the reduced frame")
     if not isinstance(space, _ALGORITHMS[config.algo].actions):
-        raise refusal(
-            "algo",
-            config.algo,
-            f"an algorithm for {space}, the actions of {config.env_id}: "
-            "ppo takes Box and Discrete, sac Box, dqn Discrete",
-        )
+        takes = "ppo takes Box and Discrete, sac Box, dqn Discrete"
+        expected = f"an algorithm for {space}, the actions of {config.env_id}: {takes}"
+        raise refusal("algo", config.algo, expected)
     if isinstance(config, OffPolicyConfig):
         _check_memory(config, venv)
     elif isinstance(config, PPOConfig) and config.action_std and isinstance(space, spaces.Discrete):
@@ -121,11 +118,8 @@ def _check_memory(config: OffPolicyConfig, venv: VectorEnv[Any, Any, Any]) -> No
     limit = 0 if venv.spec is None else venv.spec.max_episode_steps or 0
     least = config.n_envs * (limit + 1 if looks_back else 1)
     if config.buffer_size < least:
-        raise refusal(
-            "buffer_size",
-            config.buffer_size,
-            f"at least {least}: {least // config.n_envs} steps of each of {config.n_envs} rows",
-        )
+        of_each = f"{least // config.n_envs} steps of each of {config.n_envs} rows"
+        raise refusal("buffer_size", config.buffer_size, f"at least {least}: {of_each}")
     for key in ("cost_price", "success_bonus") if looks_back else ():
         if value := getattr(config, key):
             raise refusal(key, value, "0, or n_sampled_goal: 0")

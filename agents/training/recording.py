@@ -20,7 +20,7 @@ from rigid_envs.engine.provenance import provenance
 from rigid_envs.sb3.adapter import NonFiniteError, all_finite
 from rigid_envs.sb3.exporting import contents
 from rigid_envs.scores.policies import from_predict
-from rigid_envs.scores.records import Record, record_of, write_record
+from rigid_envs.scores.records import Record, write_record
 from rigid_envs.scores.starts import N_STARTS, ActionFunction
 from rigid_envs.scores.trained import FOLDER, FORMAT, CompiledPolicy, write_policy
 from rigid_envs.tasks.registry import ENVIRONMENTS
@@ -121,8 +121,12 @@ def make_record(run: Run, n: int) -> Record:
     document, where, also = policy.document, provenance(), manifest()
     where["versions"] |= also["versions"]
     where["cpu_capability"] = also["cpu_capability"]
-    return record_of(
-        found,
+    return Record(
+        env_id=found.env_id,
+        policy=found.policy,
+        settings=found.config,
+        successes=found.successes,
+        costs=found.costs,
         algo=config.algo,
         frame=config.frame,
         seed=config.seed,

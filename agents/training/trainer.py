@@ -10,7 +10,7 @@ import time
 from collections.abc import Mapping
 from contextlib import closing
 from pathlib import Path
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Any, NamedTuple
 
 import torch
@@ -59,12 +59,7 @@ class StopSignals:
             self._before = {number: signal.signal(number, self._note) for number in _STOPS}
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         """Give the signals back."""
         for number, handler in self._before.items():
             signal.signal(number, handler)
@@ -104,16 +99,12 @@ def checked_environment(config: Config) -> VectorEnv[Any, Any, Any]:
     is_gaussian = config.algo == "ppo" and isinstance(trained.single_action_space, Box)
     if config.policy_gain != 1.0 and not is_gaussian:
         raise refusal("policy_gain", config.policy_gain, "1: not for this algorithm and id")
-    spaces = [
-        (venv.single_observation_space, venv.single_action_space) for venv in (tested, trained)
-    ]
+    one, other = ((each.single_observation_space, each.single_action_space)
+                  for each in (tested, trained))  # fmt: skip
     tested.close()
-    if spaces[0] != spaces[1]:
-        raise refusal(
-            "train_kwargs",
-            dict(config.train_kwargs),
-            "what leaves the spaces of observations and actions as they are with env_kwargs alone",
-        )
+    if one != other:
+        why = "what leaves the spaces of observations and actions as they are with env_kwargs alone"
+        raise refusal("train_kwargs", dict(config.train_kwargs), why)
     return trained
 
 

@@ -150,10 +150,7 @@ def parse_json(data: bytes) -> Any:
     """
     try:
         return json.loads(
-            data.decode(),
-            object_pairs_hook=_once_each,
-            parse_constant=_finite,
-            parse_float=_finite,
+            data.decode(), object_pairs_hook=_once_each, parse_constant=_finite, parse_float=_finite
         )
     except RecursionError:
         raise ValueError("lists or objects are nested too deeply") from None

@@ -16,18 +16,7 @@ from typing import Any, TypeVar, cast
 
 import llvmlite
 import numba
-from numba import extending
-from numba.core import (
-    caching,
-    codegen,
-    compiler,
-    compiler_machinery,
-    event,
-    registry,
-    runtime,
-    serialize,
-    typed_passes,
-)
+from numba import core
 
 from rigid_envs.base.files import DamagedFileError, write_atomic
 
@@ -41,11 +30,7 @@ from rigid_envs.base.files import DamagedFileError, write_atomic
 # that the code was made for. A checksum of the key and the code is compared before anything is
 # loaded. Hashes are of syntax trees: comments and docstrings are no part of them, nor line numbers.
 
-_numba: Any = numba  # knows more than its types say
-_serialize: Any = serialize
-_runtime: Any = runtime
-_cpu: Any = registry.cpu_target
-_Result: Any = compiler.CompileResult
+_cpu = core.registry.cpu_target
 _PACKAGE = Path(__file__).resolve().parent.parent
 _COMPILED = (
     *("engine/*.py", "tasks/parts.py", "tasks/reduction.py"),
@@ -57,7 +42,7 @@ _log = logging.getLogger(__name__)
 _said: set[tuple[str, Path]] = set()
 
 
-class KernelCache(caching.NullCache):
+class KernelCache(core.caching.NullCache):  # type: ignore[misc]
     """Files of one kernel, ``<name>-<hash of the key>.nbc``, in the private folder.
 
     Each holds the code for one key, see `_key`: a checksum of both, then the code.
@@ -73,10 +58,11 @@ class KernelCache(caching.NullCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """The compiled code from its file; None where there is none, or it is another's."""
-        _runtime.rtsys.initialize(target_context)  # what the code may call
+        core.runtime.rtsys.initialize(target_context)  # what the code may call
         key = _key(self._name, sig, target_context.codegen())
         try:
-            return _Result._rebuild(target_context, *_serialize.loads(_read(self._file(key), key)))
+            parts = core.serialize.loads(_read(self._file(key), key))
+            return core.compiler.CompileResult._rebuild(target_context, *parts)
         except FileNotFoundError:
             return None
         except Exception as error:  # or a class of a third package that is not there any more
@@ -89,7 +75,7 @@ class KernelCache(caching.NullCache):
         try:
             if data.library.has_dynamic_globals:
                 raise OSError("it holds addresses of this process")
-            code = _serialize.dumps(data._reduce())
+            code = core.serialize.dumps(data._reduce())
             write_atomic(self._file(key), _checksum(key, code) + code)
         except OSError as error:  # a full disk, a limit of size, a folder that is gone
             _say_once("kept", self._folder, error)
@@ -102,7 +88,7 @@ def _key(name: str, sig: Any, codegen: Any) -> bytes:
     """What the code of a kernel depends on: its name, types of arguments, versions, processor."""
     python = sysconfig.get_config_var("EXT_SUFFIX")  # tag and ABI
     versions = (python, numba.__version__, llvmlite.__version__)
-    options = (_numba.config.OPT, _numba.config.BOUNDSCHECK)
+    options = (numba.config.OPT, numba.config.BOUNDSCHECK)
     return repr((name, sig, versions, codegen.magic_tuple(), options)).encode()
 
 
@@ -291,14 +277,6 @@ def _is_safe(folder: Path) -> bool:
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# untyped, or with less than there is
-_njit: Any = numba.njit
-_unliteral: Any = numba.types.unliteral
-_JITCodeLibrary: Any = codegen.JITCodeLibrary
-_CompilerBase: Any = compiler.CompilerBase
-_NativeLowering: Any = typed_passes.NativeLowering
-_DefaultPassBuilder: Any = compiler.DefaultPassBuilder
-_register_pass: Any = compiler_machinery.register_pass
 _NEEDLESS = {  # of numba's passes: for what no function here has, and for reports
     *("WithLifting", "FindLiterallyCalls", "LiteralUnroll", "LiteralPropagationSubPipelinePass"),
     *("InlineOverloads", "NopythonRewrites", "DumpParforDiagnostics"),
@@ -306,7 +284,7 @@ _NEEDLESS = {  # of numba's passes: for what no function here has, and for repor
 }
 
 
-class _Part(_JITCodeLibrary):  # type: ignore[misc]
+class _Part(core.codegen.JITCodeLibrary):  # type: ignore[misc]
     """LLVM code of a function, to be linked into kernels."""
 
     def _optimize_functions(self, ll_module: Any) -> None:
@@ -321,7 +299,7 @@ class _Part(_JITCodeLibrary):  # type: ignore[misc]
         self._finalized = True
 
 
-class _Kernel(_JITCodeLibrary):  # type: ignore[misc]
+class _Kernel(core.codegen.JITCodeLibrary):  # type: ignore[misc]
     """Machine code of a kernel."""
 
     _optimize_functions = _Part._optimize_functions
@@ -336,8 +314,8 @@ class _Place:
     """Stands for the address of a function that has none."""
 
 
-@_register_pass(mutates_CFG=True, analysis_only=False)
-class _PartLowering(_NativeLowering):  # type: ignore[misc]
+@core.compiler_machinery.register_pass(mutates_CFG=True, analysis_only=False)
+class _PartLowering(core.typed_passes.NativeLowering):  # type: ignore[misc]
     """Translates a typed function to a `_Part`."""
 
     _name = "rigid_envs_part_lowering"
@@ -352,8 +330,8 @@ class _PartLowering(_NativeLowering):  # type: ignore[misc]
         return True
 
 
-@_register_pass(mutates_CFG=True, analysis_only=False)
-class _KernelLowering(_NativeLowering):  # type: ignore[misc]
+@core.compiler_machinery.register_pass(mutates_CFG=True, analysis_only=False)
+class _KernelLowering(core.typed_passes.NativeLowering):  # type: ignore[misc]
     """Translates a typed function to a `_Kernel`."""
 
     _name = "rigid_envs_kernel_lowering"
@@ -364,17 +342,19 @@ class _KernelLowering(_NativeLowering):  # type: ignore[misc]
         return bool(super().run_pass(state))
 
 
-class _PartCompiler(_CompilerBase):  # type: ignore[misc]
+class _PartCompiler(core.compiler.CompilerBase):  # type: ignore[misc]
     """Numba's compiler with another last pass, and without those that nothing here needs."""
 
     lowering: type[Any] = _PartLowering
 
     def define_pipelines(self) -> list[Any]:
-        usual = _DefaultPassBuilder.define_nopython_pipeline(self.state)
+        usual = core.compiler.DefaultPassBuilder.define_nopython_pipeline(self.state)
         manager = type(usual)(usual.pipeline_name)
         for each, text in usual.passes:
             if each.__name__ not in _NEEDLESS:
-                manager.add_pass(self.lowering if each is _NativeLowering else each, text)
+                manager.add_pass(
+                    self.lowering if each is core.typed_passes.NativeLowering else each, text
+                )
         manager.finalize()
         return [manager]
 
@@ -429,18 +409,19 @@ def _once(target: Any) -> Iterator[None]:
 
 def part(function: Function, **options: bool) -> Function:
     """Compile a function for kernels, and as numba does when Python calls it."""
-    compiled = _njit(error_model="numpy", **options)(function)
+    compiled = numba.njit(error_model="numpy", **options)(function)
     if compiled is function:  # with NUMBA_DISABLE_JIT
         return function
     options |= {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-    inside = _njit(error_model="numpy", pipeline_class=_PartCompiler, **options)(function)
+    inside = numba.njit(error_model="numpy", pipeline_class=_PartCompiler, **options)(function)
     # numba would keep an address for calls from Python, where there is none
     inside.add_overload = lambda result: inside.overloads.__setitem__(
         tuple(result.signature.args), result
     )
     # one translation for all values of an argument, where numba makes one for each constant
     compiled.get_call_template = lambda positional, named: inside.get_call_template(
-        tuple(map(_unliteral, positional)), {key: _unliteral(named[key]) for key in named}
+        tuple(map(numba.types.unliteral, positional)),
+        {key: numba.types.unliteral(named[key]) for key in named},
     )
     compiled.get_overload = inside.get_overload
     return cast(Function, compiled)
@@ -457,7 +438,7 @@ def part(function: Function, **options: bool) -> Function:
 # =============  ===================================================================================
 
 
-COMPILES: bool = not _numba.config.DISABLE_JIT
+COMPILES: bool = not numba.config.DISABLE_JIT
 """Whether functions are compiled; with ``NUMBA_DISABLE_JIT=1`` they run as plain Python."""
 
 _TIME = "1 to 6 s"  # which the least and the largest kernel take on a fast and on a slow machine
@@ -470,7 +451,7 @@ def scalar(function: Function) -> Function:
 
 def instruction(function: Callable[..., Any]) -> Callable[..., Any]:
     """Define a function by its LLVM instructions."""
-    return cast(Callable[..., Any], extending.intrinsic(function))
+    return cast(Callable[..., Any], numba.extending.intrinsic(function))
 
 
 def phase(function: Function) -> Function:
@@ -508,7 +489,7 @@ def kernel(
         # other processes have compiled could bear the same one, and be taken for each other
         function.__qualname__ = name
     options = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "_nrt": allocates}
-    compiled = _njit(pipeline_class=_KernelCompiler, **options)(function)
+    compiled = numba.njit(pipeline_class=_KernelCompiler, **options)(function)
     if folder is not None and name is not None:
         compiled._cache = KernelCache(folder, name)
     _labels[compiled] = label.removeprefix("rigid_envs.")
@@ -563,10 +544,10 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-class _Announcer(event.Listener):
+class _Announcer(core.event.Listener):  # type: ignore[misc]
     """Says which kernel is going to be compiled: on standard error where nobody reads logs."""
 
-    def on_start(self, event: event.Event) -> None:
+    def on_start(self, event: core.event.Event) -> None:
         dispatcher = event.data["dispatcher"]
         if dispatcher not in _labels:
             return
@@ -578,9 +559,9 @@ class _Announcer(event.Listener):
         else:
             print(f"rigid-envs: {said}", file=sys.stderr, flush=True)
 
-    def on_end(self, event: event.Event) -> None:
+    def on_end(self, event: core.event.Event) -> None:
         pass
 
 
 _labels: dict[Any, str] = {}
-cast(Any, event).register("numba:compile", _Announcer())
+core.event.register("numba:compile", _Announcer())

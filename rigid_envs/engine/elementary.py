@@ -26,9 +26,6 @@ _TO_INTEGER = 6755399441055744.0  # 1.5 * 2**52: adding and subtracting it round
 _HALF_PI = (1.57079632673412561417, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 _LOG_2 = (6.93147180369123816490e-01, 1.90821492927058770002e-10)  # log 2, the first of 33 bits
 
-_lower: Any = lower_builtin  # untyped
-_typed: Any = type_callable
-
 
 @instruction
 def _bits(_context: Any, x: Any) -> tuple[Signature, Callable[..., Any]]:
@@ -68,9 +65,9 @@ def _plain(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     return context.compile_internal(builder, lambda a, b, c: a * b + c, signature, arguments)
 
 
-_typed(fma)(_type_of_fma)
-_lower(fma, *3 * [types.float64])(_fused)
-_lower(fma, *3 * [types.complex128])(_plain)
+type_callable(fma)(_type_of_fma)
+lower_builtin(fma, *3 * [types.float64])(_fused)
+lower_builtin(fma, *3 * [types.complex128])(_plain)
 
 
 def sqrt(x: float) -> float:
@@ -78,7 +75,7 @@ def sqrt(x: float) -> float:
     return math.sqrt(x)
 
 
-@overload(sqrt, jit_options=_DISSOLVED)
+@overload(sqrt, jit_options=_DISSOLVED)  # type: ignore[untyped-decorator]
 def _compiled_sqrt(x: Any) -> Callable[..., Any]:
     def root(x: Any) -> Any:
         return math.sqrt(x)
@@ -107,8 +104,8 @@ def _blend(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
     return builder.select(*arguments)
 
 
-_typed(select)(_type_of_select)
-_lower(select, types.boolean, types.Number, types.Number)(_blend)
+type_callable(select)(_type_of_select)
+lower_builtin(select, types.boolean, types.Number, types.Number)(_blend)
 
 
 @scalar
@@ -123,7 +120,7 @@ def sincos(x: float) -> tuple[float, float]:
     return _sincos(x)
 
 
-@overload(sincos, jit_options=_DISSOLVED)
+@overload(sincos, jit_options=_DISSOLVED)  # type: ignore[untyped-decorator]
 def _compiled_sincos(x: Any) -> Callable[..., Any]:
     def circular(x: Any) -> Any:
         return _sincos(x)

@@ -14,16 +14,15 @@ import itertools
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import numba
 import numpy as np
 import numpy.typing as npt
+from numba import types
 from numba.core.typing.templates import Signature
 
 from rigid_envs.engine.algebra import Row
 from rigid_envs.engine.compiler import instruction
 from rigid_envs.engine.rows import elements
 
-types: Any = numba.types  # untyped
 Buffer = npt.NDArray[np.float64]
 
 

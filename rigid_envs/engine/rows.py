@@ -3,10 +3,10 @@
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 from llvmlite import ir
+from numba import types
 from numba.core.typing.templates import Signature
 
 from rigid_envs.engine.algebra import Row
@@ -25,7 +25,6 @@ from rigid_envs.engine.compiler import instruction, phase, scalar
 # parts of the buffer, that hold float32 or bytes; their positions are in units of these. Positions
 # in an array of several axes are those of its memory.
 
-types: Any = numba.types  # untyped
 Buffer = npt.NDArray[np.float64]
 Step = Callable[[Row, Row, Row, float], Row]
 Restore = Callable[[Row], Row]

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from queue import SimpleQueue
 from typing import Any
 
-import numba
 import numpy as np
 import numpy.typing as npt
 from llvmlite import ir
+from numba import types
 from numba.core import cgutils
 from numba.core.typing.templates import Signature
 
@@ -29,8 +29,6 @@ from rigid_envs.engine.publication import Observations, Outputs, Results
 # What they share is in a *board* of integers, each in a cache line of its own: the next share, how
 # many are at work, where to publish, which sleep, and what a share returned.
 
-types: Any = numba.types  # untyped
-_cgutils: Any = cgutils
 Board = npt.NDArray[np.int64]
 
 
@@ -106,7 +104,7 @@ def _pause(_context: Any) -> tuple[Signature, Callable[..., Any]]:
         if platform.machine() in ("x86_64", "AMD64"):
             kind = ir.FunctionType(ir.VoidType(), [])
             name = "llvm.x86.sse2.pause"
-            builder.call(_cgutils.get_or_insert_function(builder.module, kind, name), [])
+            builder.call(cgutils.get_or_insert_function(builder.module, kind, name), [])
         return context.get_dummy_value()
 
     return types.void(), generate
@@ -119,7 +117,7 @@ def _at(_context: Any, array: Any, address: Any) -> tuple[Signature, Callable[..
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         like = context.make_array(array)(context, builder, arguments[0])
         like.data = builder.inttoptr(arguments[1], like.data.type)
-        like.meminfo = _cgutils.get_null_value(like.meminfo.type)
+        like.meminfo = cgutils.get_null_value(like.meminfo.type)
         return like._getvalue()
 
     return array(array, types.int64), generate

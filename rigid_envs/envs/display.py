@@ -64,10 +64,8 @@ class Shown:
         """Check and keep the arguments that concern pictures."""
         if mode is not None and not (isinstance(mode, str) and mode in MODES):
             raise settings.refusal("render_mode", mode, f"None or one of {list(MODES)}")
-        sizes = {
-            name: settings.checked(name, n, _SIZE)
-            for name, n in (("width", width), ("height", height))
-        }
+        sides = {"width": width, "height": height}
+        sizes = {name: settings.checked(name, n, _SIZE) for name, n in sides.items()}
         self.render_mode = mode
         self._look = {**sizes, "camera": _checked_camera(camera)}
         # drawing of each row, with episode and time of its last picture; types of `watch`, above
@@ -149,9 +147,9 @@ def _checked_camera(camera: Any) -> dict[str, Any]:
         return {}
     if not isinstance(camera, Mapping):
         raise settings.refusal("camera", camera, keys)
-    for key in camera:
+    checked = {}
+    for key, value in camera.items():
         if key not in _CAMERA:
             raise settings.refusal("camera", key, keys)
-    return {
-        key: settings.checked(f"camera.{key}", value, _CAMERA[key]) for key, value in camera.items()
-    }
+        checked[key] = settings.checked(f"camera.{key}", value, _CAMERA[key])
+    return checked

@@ -51,9 +51,8 @@ def check_counts(num_envs: Any, num_threads: Any, max_episode_steps: Any) -> Non
     Raises:
         ConfigError: one is not an integer from 1; `max_episode_steps` may be None.
     """
-    counts = {"num_envs": num_envs, "num_threads": num_threads}
-    if max_episode_steps is not None:
-        counts["max_episode_steps"] = max_episode_steps
+    limit = 1 if max_episode_steps is None else max_episode_steps
+    counts = {"num_envs": num_envs, "num_threads": num_threads, "max_episode_steps": limit}
     for name, value in counts.items():
         whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
         if not (whole and 1 <= value <= _MOST):
@@ -147,15 +146,12 @@ def rows_of(mask: Any, num_envs: int, env_id: str) -> npt.NDArray[np.int64]:
     """
     if mask is None:
         return np.arange(num_envs)
+    name = f"{env_id}: options['reset_mask']"
     if not (isinstance(mask, np.ndarray) and mask.dtype == bool and mask.shape == (num_envs,)):
-        raise ValueError(
-            f"{env_id}: options['reset_mask'] = {safe_repr(mask)}; "
-            f"expected a bool array of shape ({num_envs},)"
-        )
+        expected = f"a bool array of shape ({num_envs},)"
+        raise ValueError(f"{name} = {safe_repr(mask)}; expected {expected}")
     if not mask.any():
-        raise ValueError(
-            f"{env_id}: options['reset_mask'] = False everywhere; expected a row to reset"
-        )
+        raise ValueError(f"{name} = False everywhere; expected a row to reset")
     return np.flatnonzero(mask)
 
 
@@ -170,9 +166,8 @@ def shown_rows(rows: Any, num_envs: int) -> tuple[int, ...]:
     given = as_array(rows)
     inside = given.dtype.kind in "iu" and ((given >= 0) & (given < num_envs)).all()
     if given.ndim != 1 or not given.size or not inside:
-        raise refusal(
-            "render_rows", rows, f"None or a sequence of indices from 0 to {num_envs - 1}"
-        )
+        expected = f"None or a sequence of indices from 0 to {num_envs - 1}"
+        raise refusal("render_rows", rows, expected)
     return tuple(given.tolist())
 
 

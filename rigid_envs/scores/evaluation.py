@@ -65,7 +65,9 @@ def evaluate(
     printable(chosen.name if name is None else name, "name")
     if config is None and env is None:
         config = getattr(policy, "env_kwargs", None)
-    envs = _own_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
+    if env is None:
+        task_of(env_id, config)  # refuses what is no setting of the task
+    envs = make_rows(env_id, n, config) if env is None else _rows_of(env_id, env, config)
     try:
         _refuse_others(policy, env_id, envs)
         found = _evaluation(env_id, chosen, envs, n, seed, progress)
@@ -147,12 +149,6 @@ def make_rows(env_id: str, n: int, config: Mapping[str, Any] | None = None) -> R
     )
     assert isinstance(envs, RigidVectorEnv)
     return envs
-
-
-def _own_rows(env_id: str, n: int, config: Mapping[str, Any] | None) -> RigidVectorEnv:
-    """Native rows; settings that cannot be are refused here, before anything is played."""
-    task_of(env_id, config)
-    return make_rows(env_id, n, config)
 
 
 def _rows_of(env_id: str, env: Any, config: Mapping[str, Any] | None) -> Any:

@@ -107,23 +107,6 @@ def record_file(folder: Path, env_id: str, algo: str, frame: str, seed: int) -> 
     return folder / name / f"{algo}_{frame}_{seed}.json"
 
 
-def record_of(found: Evaluation, **how: Any) -> Record:
-    """The record of an evaluation.
-
-    Args:
-        found: On the evaluation set.
-        **how: The attributes that are not of the evaluation.
-    """
-    return Record(
-        env_id=found.env_id,
-        policy=found.policy,
-        settings=found.config,
-        successes=found.successes,
-        costs=found.costs,
-        **how,
-    )
-
-
 def write_record(file: Path, record: Record) -> None:
     """Write a record, atomically; its folder is made if it is not there.
 
@@ -159,13 +142,10 @@ def read_record(file: Path) -> Record:
         DamagedFileError: Of another format or evaluation set, or not complete.
         FileNotFoundError: No such file.
     """
-    with files.read_document(
-        file, RECORD_FORMAT, _RECORD_LIMIT, "write it anew from its run"
-    ) as data:
-        about, own = (
-            files.checked_values(data["evaluation"], _EVALUATION),
-            files.checked_values(data, _PLAIN),
-        )
+    mend = "write it anew from its run"
+    with files.read_document(file, RECORD_FORMAT, _RECORD_LIMIT, mend) as data:
+        about = files.checked_values(data["evaluation"], _EVALUATION)
+        own = files.checked_values(data, _PLAIN)
         starts = about["version"], about["seed"]
         require(starts == (VERSION, TEST_SEED), starts, "version, seed", f"{VERSION}, {TEST_SEED}")
         costs = exact_array(data["costs"], "costs", "n")
@@ -287,11 +267,8 @@ def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
 def _close(told: Any, value: Any) -> bool:
     """Whether numbers, or lists or mappings of them, agree but for rounding."""
     if isinstance(value, dict):
-        return (
-            isinstance(told, dict)
-            and told.keys() == value.keys()
-            and all(_close(told[key], value[key]) for key in value)
-        )
+        alike = isinstance(told, dict) and told.keys() == value.keys()
+        return alike and all(_close(told[key], value[key]) for key in value)
     if told is None or value is None:
         return told is value
     try:

@@ -149,6 +149,10 @@ class Metric:
         return "s" if self.name == "time" else ""
 
 
+def _costs(episodes: Episodes, _: Task) -> Array:
+    return episodes.costs
+
+
 def _success(episodes: Episodes, _: Task) -> Array:
     return episodes.successes.astype(np.float64)
 
@@ -169,14 +173,8 @@ _ALL = (
     Metric("success", "rate of success", True, _success),
     Metric("return", "sum of rewards", True, lambda episodes, _: episodes.returns),
     Metric("time", "time [s] until success, to stay", False, _time, True),
-    Metric("path", "distance rolled [m]", False, lambda episodes, _: episodes.costs, True),
-    Metric(
-        "effort",
-        'sum of info["cost"], mostly an impulse',
-        False,
-        lambda episodes, _: episodes.costs,
-        True,
-    ),
+    Metric("path", "distance rolled [m]", False, _costs, True),
+    Metric("effort", 'sum of info["cost"], mostly an impulse', False, _costs, True),
     Metric("error", "root mean square of the error", False, _error, True),
     Metric("loss", "minus the return, a quadratic cost", False, lambda e, _: -e.returns, True),
 )

@@ -614,10 +614,7 @@ REPRODUCIBLE: tuple[Check, ...] = (
 )
 """What every environment does whose specification does not say that it is nondeterministic."""
 
-STRICT: tuple[Check, ...] = (
-    observations_may_be_written_into,
-    nan_in_an_action_gives_no_nan,
-)
+STRICT: tuple[Check, ...] = (observations_may_be_written_into, nan_in_an_action_gives_no_nan)
 """What good environments do, and some of Gymnasium's own do not."""
 
 

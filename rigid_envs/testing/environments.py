@@ -17,6 +17,7 @@ from rigid_envs.mechanics.equations import RollingContact
 from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
+from rigid_envs.testing.deep import difference
 from rigid_envs.testing.ids import OWN, are_named, chosen
 
 # What every contract needs: the ids, environments to run, actions to try, bits to compare.
@@ -226,18 +227,8 @@ def pick(result: Any, rows: Any) -> Any:
 
 def assert_same_bits(a: Any, b: Any, where: str = "") -> None:
     """Two results, however nested, are of the same types and equal in every bit."""
-    if isinstance(a, dict):
-        assert a.keys() == b.keys(), where
-        for key in a:
-            assert_same_bits(a[key], b[key], f"{where}[{key!r}]")
-    elif isinstance(a, list | tuple):
-        assert len(a) == len(b), where
-        for k, (x, y) in enumerate(zip(a, b, strict=True)):
-            assert_same_bits(x, y, f"{where}[{k}]")
-    else:
-        x, y = np.asarray(a), np.asarray(b)
-        assert (x.dtype, x.shape) == (y.dtype, y.shape), where
-        assert x.tobytes() == y.tobytes(), f"{where}: {a} and {b}"
+    told = difference(a, b, where)
+    assert told is None, told
 
 
 def assert_refused(env: Any, action: Any, *names: str) -> None:

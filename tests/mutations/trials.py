@@ -26,6 +26,7 @@ print(json.dumps([rigid_envs.__file__, broken]))
 """
 # Kernels run without compilation, except for the functions that read and write rows.
 _INTERPRETED_ROWS = """
+import numba
 
 if numba.config.DISABLE_JIT:
 

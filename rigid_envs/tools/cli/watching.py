@@ -192,8 +192,10 @@ def replay_(options: argparse.Namespace) -> int:
     if options.video:
         positive(options.speed, "--speed")
         films.checked_film(options.video)
-    replays = _read(options.files)
-    same = True
+    for file in options.files:
+        if not file.exists():
+            raise ValueError(f"FILE = {file}; expected a replay: there is no such file")
+    replays, same = [load_replay(file) for file in options.files], True
     for replay in replays:
         rows = [_row(replay, k, episode) for k, episode in enumerate(replay.episodes)]
         same &= all(row[-1] == _SAME for row in rows)
@@ -214,18 +216,6 @@ def _film(file: str, chosen: Sequence[tuple[Replay, int]], speed: float) -> None
     fps = films.pictures_per_second(*(task for task, _ in shown))
     pictures = films.episode_pictures(shown, Look(size, size), speed=speed)
     print(f"written to {films.write_film(file, pictures, fps)}")
-
-
-def _read(files: Sequence[Path]) -> list[Replay]:
-    """The replays of some files.
-
-    Raises:
-        ValueError: A file that does not exist or is no replay.
-    """
-    for file in files:
-        if not file.exists():
-            raise ValueError(f"FILE = {file}; expected a replay: there is no such file")
-    return [load_replay(file) for file in files]
 
 
 def _as_text(replay: Replay, rows: Sequence[Sequence[str]]) -> str:

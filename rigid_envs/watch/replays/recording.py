@@ -37,7 +37,7 @@ class _Recorder:
     ) -> None:
         """Nothing goes on."""
         self._task, self._label, self._first = task, checked_label(label), first
-        self._ended: deque[PastEpisode] = deque(maxlen=last)
+        self.ended: deque[PastEpisode] = deque(maxlen=last)
         self._start: dict[str, Array] | None = None
         self._actions: list[npt.NDArray[np.float32]] = []
 
@@ -49,9 +49,9 @@ class _Recorder:
     def begin(self, start: dict[str, Array]) -> None:
         """Begin an episode; one that was left unfinished is kept as such."""
         if self._actions:
-            self.keep(self.end())
+            self.ended.append(self.end())
         self._start = None
-        if self._first is None or len(self._ended) < self._first:
+        if self._first is None or len(self.ended) < self._first:
             self._start = start
 
     def add(self, action: npt.NDArray[np.float32]) -> None:
@@ -64,13 +64,9 @@ class _Recorder:
         self._start, self._actions = None, []
         return episode
 
-    def keep(self, episode: PastEpisode) -> None:
-        """Add an episode to those that have ended."""
-        self._ended.append(episode)
-
     def episodes(self) -> list[PastEpisode]:
         """All that were kept, and the unfinished one."""
-        return [*self._ended, *([self._whole()] if self._actions else [])]
+        return [*self.ended, *([self._whole()] if self._actions else [])]
 
     def _whole(self, terminated: bool = False, truncated: bool = False) -> PastEpisode:
         assert self._start is not None
@@ -140,7 +136,7 @@ class RecordReplay(_Recording, gym.Wrapper[Any, Any, Any, Any], RecordConstructo
     ) -> tuple[Any, dict[str, Any]]:
         """Begin an episode; one that was left unfinished is kept as such."""
         answer: tuple[Any, dict[str, Any]] = self.env.reset(seed=seed, options=options)
-        self._recorder.begin(self._inner.get_state())
+        self._recorder.begin(self.env.unwrapped.get_state())
         return answer
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
@@ -156,15 +152,11 @@ class RecordReplay(_Recording, gym.Wrapper[Any, Any, Any, Any], RecordConstructo
             if terminated or truncated:
                 episode = self._recorder.end(terminated, truncated)
                 self._compare(episode)
-                self._recorder.keep(episode)
+                self._recorder.ended.append(episode)
         return answer
 
-    @property
-    def _inner(self) -> Any:
-        return self.env.unwrapped
-
     def _compare(self, episode: PastEpisode) -> None:
-        y, end = self._inner.y, episode.y[-1]
+        y, end = self.env.unwrapped.y, episode.y[-1]
         expected = "to which the recorded actions lead: the state was set, or the environment"
         expected = f"{end.tolist()}, {expected} stepped, past RecordReplay"
         require(np.array_equal(end, y), y, "y", expected)
@@ -231,7 +223,7 @@ class RecordRows(_Recording, gym.vector.VectorWrapper):
             elif recorder.goes_on:
                 recorder.add(given[row])
                 if terminated[row] or truncated[row]:
-                    recorder.keep(recorder.end(terminated[row], truncated[row]))
+                    recorder.ended.append(recorder.end(terminated[row], truncated[row]))
                     if mode is AutoresetMode.SAME_STEP:
                         self._begin(row)
                     elif mode is AutoresetMode.NEXT_STEP:
