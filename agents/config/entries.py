@@ -371,8 +371,7 @@ def config_from(values: Mapping[str, Any]) -> Config:
     if isinstance(values.get("env_id"), str):
         values = {**values, "env_id": full_id(values["env_id"].strip())}
     kind = ALGORITHMS.get(str(values.get("algo", "ppo")), PPOConfig)  # refuses another `algo`
-    config: Config = settings.from_config(kind, values)
-    return config
+    return settings.from_config(kind, values)
 
 
 PLACES = ("log_dir", "run_name")

@@ -85,8 +85,7 @@ def read_search(path: Path) -> Search:
         ConfigError: Something in it that cannot be; names the file.
     """
     with named_refusal(path):
-        search: Search = settings.from_config(Search, read_yaml(path))
-    return search
+        return settings.from_config(Search, read_yaml(path))
 
 
 def _filled(node: Any, value_of: Callable[[str, Mapping[str, Any]], Any], path: str = "") -> Any:

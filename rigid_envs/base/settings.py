@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, get_origin
+from typing import Any, ClassVar, TypeVar, get_origin
 
 import numpy as np
 
@@ -300,7 +300,10 @@ def checked(key: str, value: Any, rule: Rule) -> Any:
         raise refusal(key, value, f"{rule}{unit}") from None
 
 
-def from_config(kind: type[Any], config: Mapping[str, Any]) -> Any:
+Kind = TypeVar("Kind", bound=Settings)
+
+
+def from_config(kind: type[Kind], config: Mapping[str, Any]) -> Kind:
     """An instance of the dataclass `kind`, unknown keys refused.
 
     Raises:
@@ -309,7 +312,7 @@ def from_config(kind: type[Any], config: Mapping[str, Any]) -> Any:
     """
     if not isinstance(config, Mapping):
         raise ConfigError(f"config = {safe_repr(config)}; expected a dict of hyperparameters")
-    known = [field.name for field in dataclasses.fields(kind)]
+    known = [field.name for field in dataclasses.fields(kind)]  # type: ignore[arg-type]
     for key in config:
         if key not in known:
             raise unknown_key(str(key), known)

@@ -41,8 +41,7 @@ def new_task(task: str, config: Mapping[str, Any]) -> Task:
         kind = None
     if not (isinstance(kind, type) and issubclass(kind, Task)):
         raise refusal("task", task, "'module:Class' of a rigid_envs.tasks.Task")
-    made: Task = from_config(kind, config)
-    return made
+    return from_config(kind, config)
 
 
 def check_counts(num_envs: Any, num_threads: Any, max_episode_steps: Any) -> None:

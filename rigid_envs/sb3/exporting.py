@@ -354,10 +354,8 @@ def _part(env: vec_env.VecEnv) -> str | None:
         if isinstance(env, vec_env.VecExtractDictObs):
             part = env.key
         elif not isinstance(env, vec_env.VecNormalize | vec_env.VecMonitor | vec_env.VecCheckNan):
-            raise ConfigError(
-                f"model: env = {type(env).__name__}; expected no wrapper that changes observations "
-                "but VecNormalize and VecExtractDictObs"
-            )
+            expected = "no wrapper that changes observations but VecNormalize and VecExtractDictObs"
+            raise _refusal("env", type(env).__name__, expected)
         env = env.venv
     return part
 
@@ -366,9 +364,7 @@ def _statistics(scaled: vec_env.VecNormalize, seen: spaces.Space[Any]) -> Arrays
     """Means and variances, in the order of the inputs."""
     running: Any = scaled.obs_rms
     if isinstance(seen, spaces.Dict) and set(running) != set(seen):
-        raise ConfigError(
-            f"model: norm_obs_keys = {list(running)}; expected all parts: {list(seen)}"
-        )
+        raise _refusal("norm_obs_keys", list(running), f"all parts: {list(seen)}")
     each = [running[name] for name in seen] if isinstance(seen, spaces.Dict) else [running]
     return {
         "observation.mean": np.concatenate([statistic.mean for statistic in each]),

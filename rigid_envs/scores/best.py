@@ -23,8 +23,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS, load
 # Theoretical limits of metrics: optima and bounds from each start, in closed form.
 
 
-@dataclass(frozen=True)
-class TheoreticalLimit:
+class TheoreticalLimit(NamedTuple):
     """Best value of a metric that theory allows.
 
     Attributes:

@@ -124,8 +124,7 @@ def joined(parts: Sequence[Episodes], n: int, limit: int) -> Episodes:
 # Metrics of an episode, and the metrics of an id.
 
 
-@dataclass(frozen=True)
-class Metric:
+class Metric(NamedTuple):
     """One number of an episode.
 
     Attributes:

@@ -78,12 +78,9 @@ class Verdict(NamedTuple):
             title = f"{name}: {SUBJECTS[name].title}"
             parts.append(f"{title}\n{'=' * len(title)}\n{_rows(found)}")
         parts += [_failure(outcome) for outcome in self.failures]
-        return "\n\n".join([*parts, self._summary()])
-
-    def _summary(self) -> str:
         n, broken = len(self.outcomes), len(self.failures)
         held = f"All {n} laws hold" if not broken else f"{broken} of {n} laws FAIL"
-        return f"{held} ({self.seconds:.0f} s)."
+        return "\n\n".join([*parts, f"{held} ({self.seconds:.0f} s)."])
 
 
 def verify(names: Sequence[str] = (), progress: Callable[[str], None] = lambda _: None) -> Verdict:

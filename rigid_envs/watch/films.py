@@ -7,7 +7,7 @@ import math
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -101,11 +101,15 @@ def _encoded(kept: Sequence[Image], fps: float, level: _Level, suffix: str) -> _
         frames = [frame.resize(size, pictures.Resampling.LANCZOS) for frame in frames]
     tick = 10 if suffix == ".gif" else 1  # [ms]
     times = _durations(len(kept), len(frames), stride, fps, tick)
+    options: dict[str, Any] = {"quality": level.quality, "method": 4, "kmin": 9, "kmax": 60}
     if suffix == ".gif":
-        data = _gif(frames, times, level.colors)
-    else:
-        data = _webp(frames, times, level.quality)
-    return _Draft(data, *size, len(frames))
+        palette, none = _palette(frames, level.colors), pictures.Dither.NONE
+        frames = [frame.quantize(palette=palette, dither=none) for frame in frames]
+        options = {"optimize": False, "disposal": 1}
+    options |= {"append_images": frames[1:], "duration": times, "loop": 0}
+    buffer = io.BytesIO()
+    frames[0].save(buffer, suffix[1:].upper(), save_all=True, **options)
+    return _Draft(buffer.getvalue(), *size, len(frames))
 
 
 def _durations(n: int, n_kept: int, stride: int, fps: float, tick: int) -> list[int]:
@@ -113,15 +117,6 @@ def _durations(n: int, n_kept: int, stride: int, fps: float, tick: int) -> list[
     ends = [min((k + 1) * stride, n) for k in range(n_kept)]
     marks = [0, *(round(1000.0 * end / fps / tick) for end in ends)]
     return [tick * max(1, marks[k + 1] - marks[k]) for k in range(n_kept)]
-
-
-def _gif(frames: Sequence[Any], times: Sequence[int], colors: int) -> bytes:
-    """One palette for all pictures, without dithering: what does not move stays the same."""
-    pictures, _, _ = pillow()
-    palette = _palette(frames, colors)
-    none = pictures.Dither.NONE
-    paletted = [frame.quantize(palette=palette, dither=none) for frame in frames]
-    return _saved(paletted, times, "GIF", optimize=False, disposal=1)
 
 
 def _palette(frames: Sequence[Any], colors: int) -> Any:
@@ -134,24 +129,6 @@ def _palette(frames: Sequence[Any], colors: int) -> Any:
     for k, frame in enumerate(chosen):
         sheet.paste(frame, (0, k * height))
     return sheet.quantize(colors, method=pictures.Quantize.MAXCOVERAGE, kmeans=1)
-
-
-def _webp(frames: Sequence[Any], times: Sequence[int], quality: int) -> bytes:
-    return _saved(frames, times, "WEBP", quality=quality, method=4, kmin=9, kmax=60)
-
-
-def _saved(frames: Sequence[Any], times: Sequence[int], kind: str, **options: Any) -> bytes:
-    buffer = io.BytesIO()
-    frames[0].save(
-        buffer,
-        kind,
-        save_all=True,
-        append_images=frames[1:],
-        duration=list(times),
-        loop=0,
-        **options,
-    )
-    return buffer.getvalue()
 
 
 # MP4 with H.264, encoded by ffmpeg while the pictures come.
@@ -227,8 +204,7 @@ def _even(picture: Image) -> Image:
 # Episodes of policies and controllers, recorded to be looked at.
 
 
-@dataclass(frozen=True)
-class Played:
+class Played(NamedTuple):
     """An episode that was played.
 
     Attributes:
@@ -406,8 +382,7 @@ SUFFIXES = (".mp4", ".gif", ".webp")
 """Formats: H.264 in MP4, animated GIF, animated WebP."""
 
 
-@dataclass(frozen=True)
-class Film:
+class Film(NamedTuple):
     """What was written.
 
     Attributes:

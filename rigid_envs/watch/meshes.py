@@ -321,12 +321,8 @@ def _rgb(red: int, green: int, blue: int) -> Color:
 
 
 ORANGE, SKY, GREEN = _rgb(230, 159, 0), _rgb(86, 180, 233), _rgb(0, 158, 115)
-YELLOW, BLUE, RED, PURPLE = (
-    _rgb(224, 212, 60),
-    _rgb(0, 114, 178),
-    _rgb(213, 94, 0),
-    _rgb(204, 121, 167),
-)
+YELLOW, BLUE = _rgb(224, 212, 60), _rgb(0, 114, 178)
+RED, PURPLE = _rgb(213, 94, 0), _rgb(204, 121, 167)
 DARK, STEEL, GREY = _rgb(45, 50, 60), _rgb(105, 115, 130), _rgb(160, 168, 180)
 LIGHT, CREAM = _rgb(212, 217, 224), _rgb(226, 223, 215)
 
@@ -355,8 +351,7 @@ def brick() -> Mesh:
 @functools.cache
 def goal_disk() -> Mesh:
     """Thin disk of radius 1 across z, with a bright middle: a place on a plane."""
-    outer, inner = cylinder(1.0, 0.004, GREEN, 48), cylinder(0.5, 0.008, CREAM, 32)
-    return join(outer, inner)
+    return join(cylinder(1.0, 0.004, GREEN, 48), cylinder(0.5, 0.008, CREAM, 32))
 
 
 @functools.cache

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -29,8 +29,7 @@ from rigid_envs.watch.meshes import GHOST, Color, Mesh, brick
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class Part:
+class Part(NamedTuple):
     """A rigid piece of the scene.
 
     Attributes:
@@ -135,8 +134,7 @@ class Scene:
     floor: Floor | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Pose:
+class Pose(NamedTuple):
     """Position, attitude and size of a part.
 
     Attributes:

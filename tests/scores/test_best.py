@@ -318,7 +318,7 @@ def test_every_recipe_names_an_id():
 
 
 def test_a_ball_is_planned_from_guesses_alone_nearly_as_well_as_is_known(monkeypatch):
-    few = replace(RECIPES["BallPark"], n_rounds=8, n_guesses=2)
+    few = RECIPES["BallPark"]._replace(n_rounds=8, n_guesses=2)
     monkeypatch.setitem(RECIPES, "BallPark", few)
     plans = plan("RigidEnvs/BallPark-v0", 3)
     assert plans.actions.shape == (few.n_steps, 3, 2) and plans.hold == 1

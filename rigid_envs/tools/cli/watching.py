@@ -205,17 +205,13 @@ def replay_(options: argparse.Namespace) -> int:
         size = file.stat().st_size / 1e6
         print(f"written to {file} ({size:.2f} MB): open it in a browser")
     if options.video:
-        _film(options.video, _chosen(replays, options.episodes), options.speed)
+        chosen = _chosen(replays, options.episodes)
+        shown = [(replay.task, replay.episodes[k]) for replay, k in chosen]
+        side = 480 if len(shown) <= 2 else 320
+        fps = films.pictures_per_second(*(task for task, _ in shown))
+        pictures = films.episode_pictures(shown, Look(side, side), speed=options.speed)
+        print(f"written to {films.write_film(options.video, pictures, fps)}")
     return 0 if same else 1
-
-
-def _film(file: str, chosen: Sequence[tuple[Replay, int]], speed: float) -> None:
-    """Write a film of episodes side by side; pictures are smaller where there are many."""
-    size = 480 if len(chosen) <= 2 else 320
-    shown = [(replay.task, replay.episodes[k]) for replay, k in chosen]
-    fps = films.pictures_per_second(*(task for task, _ in shown))
-    pictures = films.episode_pictures(shown, Look(size, size), speed=speed)
-    print(f"written to {films.write_film(file, pictures, fps)}")
 
 
 def _as_text(replay: Replay, rows: Sequence[Sequence[str]]) -> str:

@@ -153,9 +153,8 @@ def as_text(data: Mapping[str, Any]) -> str:
     Args:
         data: `provenance`, `frames` (times of each id) and `bytes` (of each package).
     """
-    return "\n\n".join(
-        [heading(data["provenance"]), table(_HEADER, _rows(data), "<>>>"), _size(data)]
-    )
+    parts = (heading(data["provenance"]), table(_HEADER, _rows(data), "<>>>"), _size(data))
+    return "\n\n".join(parts)
 
 
 def with_table(page: str, data: Mapping[str, Any]) -> str:

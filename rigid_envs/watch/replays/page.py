@@ -391,6 +391,8 @@ def _episode(
 ) -> dict[str, Any]:
     """An episode: its motion, and what is shown beside it."""
     steps = [episode.moment(k, task) for k in range(len(episode) + 1)]
+    times = np.array([moment.time for moment in path])
+    motion = Panel("Motion", view.scene, [view.frame(moment) for moment in path], times)
     beside = insets(task.system(episode.parameters), path, driven)
     won = bool(len(episode) and episode.success[-1])
     result = f"{float(np.sum(episode.rewards)):.4g} return, {len(episode)} steps"
@@ -399,15 +401,9 @@ def _episode(
         "success": won,
         "times": packer.array(episode.times, "f8"),
         "text": [list(view.frame(moment).text) for moment in steps],
-        "stage": packer.stage(_panel(view, path)),
+        "stage": packer.stage(motion),
         "insets": [{"title": panel.title, "stage": packer.stage(panel)} for panel in beside],
     }
-
-
-def _panel(view: View, path: Sequence[Moment]) -> Panel:
-    """The motion as the view shows it."""
-    frames = [view.frame(moment) for moment in path]
-    return Panel("Motion", view.scene, frames, np.array([moment.time for moment in path]))
 
 
 def _plots(
