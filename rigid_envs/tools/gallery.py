@@ -6,12 +6,12 @@ import io
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from rigid_envs.base.files import markdown_table, write_atomic
 from rigid_envs.engine.provenance import provenance, versions
+from rigid_envs.envs.display import needed
 from rigid_envs.scores.leaderboard import file_of
 from rigid_envs.systems import modules_of_all
 from rigid_envs.tools.motions import motion_of
@@ -44,8 +44,7 @@ _PNG: dict[str, Any] = {"Software": None}  # neither version nor date: equal pic
 _SVG: dict[str, Any] = {"Date": None, "Creator": None}
 
 
-@dataclass(frozen=True)
-class Made:
+class Made(NamedTuple):
     """A figure that was drawn.
 
     Attributes:
@@ -71,7 +70,7 @@ def make(entry: figures.Exhibit, *, svg: bool = True) -> Made:
     Raises:
         DependencyNotInstalled: matplotlib is missing.
     """
-    figures.require_matplotlib()
+    needed("matplotlib", "figures need matplotlib")
     from matplotlib import rc_context
 
     with rc_context(cast(Any, figures.STYLE)):
@@ -86,17 +85,9 @@ def compose(entry: figures.Exhibit) -> tuple[Figure, tuple[figures.Match, ...]]:
     Args:
         entry: of the registry.
     """
-    figure = figures.new_figure(entry.size)
+    figure, height = figures.new_figure(entry.size), entry.size[1]
     numbers = entry.draw(figure)
-    _title_and_numbers(figure, entry, numbers)
-    return figure, numbers
-
-
-def _title_and_numbers(
-    figure: Figure, entry: figures.Exhibit, numbers: tuple[figures.Match, ...]
-) -> None:
-    """Title on top; at the bottom the legend of the figure, if it has one, and the numbers."""
-    height = entry.size[1]
+    # Title on top; at the bottom the legend of the figure, if it has one, and the numbers.
     figure.text(
         0.014, 1.0 - 0.1 / height, entry.title,
         va="top", fontsize=12.5, fontweight="bold", in_layout=False,
@@ -112,6 +103,7 @@ def _title_and_numbers(
         legend.set_bbox_to_anchor((0.5, below / height))
         below += 0.07 + 0.2 * math.ceil(len(legend.get_texts()) / legend._ncols)  # type: ignore[attr-defined]
     figures.lay_out(figure, below, 0.38)
+    return figure, numbers
 
 
 # The page of the gallery, in Markdown, from the data of the figures.
@@ -143,14 +135,10 @@ def page(document: Mapping[str, Any], folder: str) -> str:
     data = f"Versions, machine and commit are in [figures.json]({folder}/figures.json)."
     parts = [_HEADING, "# Gallery", *_INTRODUCTION, data]
     parts.append(f"![All figures of this page, small]({folder}/{SHEET})")
-    parts += ["\n".join(_contents(figure) for figure in shown)]
+    parts.append("\n".join(f"- [{each['title']}](#{each['name']})" for each in shown))
     for figure in shown:
         parts += _section(figure, folder)
     return "\n\n".join(parts) + "\n"
-
-
-def _contents(figure: Mapping[str, Any]) -> str:
-    return f"- [{figure['title']}](#{figure['name']})"
 
 
 def _section(figure: Mapping[str, Any], folder: str) -> list[str]:

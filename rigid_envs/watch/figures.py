@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, Bools
-from rigid_envs.envs.display import needed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,8 +19,7 @@ if TYPE_CHECKING:
 # A figure of the gallery as data: what it shows, the law, the source, how it is drawn.
 
 
-@dataclass(frozen=True)
-class Match:
+class Match(NamedTuple):
     """A quantity that a figure computes in two ways.
 
     Attributes:
@@ -73,8 +70,7 @@ class Match:
         }
 
 
-@dataclass(frozen=True)
-class Exhibit:
+class Exhibit(NamedTuple):
     """A figure.
 
     Attributes:
@@ -169,15 +165,6 @@ STYLE: dict[str, Any] = {
 }
 
 
-def require_matplotlib() -> None:
-    """Import matplotlib.
-
-    Raises:
-        DependencyNotInstalled: it is missing; names the command that installs it.
-    """
-    needed("matplotlib", "figures need matplotlib")
-
-
 def new_figure(size: tuple[float, float]) -> Figure:
     """An empty figure, white, to draw into.
 
@@ -210,8 +197,7 @@ def lay_out(figure: Figure, below: float, above: float) -> None:
 # All coordinates are in the axes of the picture: x, y and z, z up.
 
 
-@dataclass(frozen=True)
-class Eye:
+class Eye(NamedTuple):
     """A far eye.
 
     Attributes:
