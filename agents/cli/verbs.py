@@ -99,9 +99,8 @@ def _recipe(path: Path | None, entries: dict[str, str], rest: list[str]) -> dict
     chosen = entries.keys() & {"env_id", "algo", "env_kwargs"}
     values = {key: reading.entry_value(key, entries[key]) for key in chosen}
     env_id = str(values.get("env_id", _DEFAULT))
-    return reading.recipe_for(
-        env_id, values.get("algo"), reading.frame_of(values, reading.env_keywords(rest))
-    )
+    frame = reading.frame_of(values, reading.env_keywords(rest))
+    return reading.recipe_for(env_id, values.get("algo"), frame)
 
 
 def _finish(run: Run, outcome: Session, imports: str, quiet: bool) -> None:
@@ -218,9 +217,8 @@ def _save_replays(file: Path, path: Path, n: int, seed: int) -> Path:
 
     policy = load(file)
     if policy.env_id not in ENVIRONMENTS:
-        raise ConfigError(
-            f"--save-replays: env_id = {policy.env_id!r}; expected an environment of rigid_envs"
-        )
+        name = f"--save-replays: env_id = {policy.env_id!r}"
+        raise ConfigError(f"{name}; expected an environment of rigid_envs")
     config = policy.document["env_kwargs"]
     return record_starts(from_predict(policy), policy.env_id, n, "policy", seed, config).save(path)
 

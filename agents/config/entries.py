@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from rigid_envs.base import settings
+from rigid_envs.base.settings import Choice, setting
 from rigid_envs.envs.lookup import full_id
 
 # Entries of the config of a training run that every algorithm has.
@@ -86,9 +87,7 @@ class Config(settings.Settings, abc.ABC):
     success_bonus: float = _number(
         0.0, "added to the reward of a step that counts as success, in training", low=0, high=1e6
     )
-    algo: str = settings.setting(
-        "ppo", settings.Choice("learning algorithm", ("ppo", "sac", "tqc", "dqn"))
-    )
+    algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "tqc", "dqn")))
     seed: int = _count(
         0, "seed of weights, exploration and starts; evaluations have their own", 0, 2**63 - 1
     )
@@ -139,9 +138,7 @@ class Config(settings.Settings, abc.ABC):
         Count("", 1, 10**9),
     )
     torch_threads: int = _count(1, "threads of torch; 1 is fastest for small networks", 1, 1024)
-    log_dir: str = settings.setting(
-        "logs", settings.Text("folder of all runs", "a path", str.strip)
-    )
+    log_dir: str = setting("logs", settings.Text("folder of all runs", "a path", str.strip))
     run_name: str | None = _or_null(
         "folder of this run in log_dir/algo; null: the environment's name and a number",
         settings.Text("", "1 to 80 of A-Z a-z 0-9 . _ -", is_folder_name),

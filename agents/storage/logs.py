@@ -16,6 +16,7 @@ from torch.utils.tensorboard import SummaryWriter
 
 from rigid_envs.base import files
 from rigid_envs.base.checks import exact_array, require
+from rigid_envs.base.files import DamagedFileError
 
 # Logs that a resumed run continues as if it had never stopped: CSV rows and TensorBoard events.
 
@@ -37,15 +38,11 @@ def check_position(path: Path, position: int, begin: str = "") -> None:
         with open(path, "rb") as file:
             size = file.seek(0, os.SEEK_END)
             if not 0 < position <= size:
-                raise files.DamagedFileError(
-                    f"{path}: {size} bytes; the checkpoint knows of {position}"
-                )
+                raise DamagedFileError(f"{path}: {size} bytes; the checkpoint knows of {position}")
             start = file.seek(max(position - _LONGEST, 0))
             rows = file.read(position - start)
     except OSError as error:
-        raise files.DamagedFileError(
-            f"{path}: {error.strerror}; the checkpoint knows of it"
-        ) from None
+        raise DamagedFileError(f"{path}: {error.strerror}; the checkpoint knows of it") from None
     last = rows.removesuffix(b"\n").rpartition(b"\n")[2]
     if not (rows.endswith(b"\n") and last.startswith(begin.encode())):
         raise files.DamagedFileError(

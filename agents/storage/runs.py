@@ -237,11 +237,8 @@ def _take_over(folder: Path, overwrite: bool) -> int:
     if not _content(folder) or (overwrite and own):
         return lock
     os.close(lock)
-    hint = (
-        f"--overwrite deletes it; --resume {folder} goes on with it"
-        if own
-        else "it is no run, or a link to one"
-    )
+    mend = f"--overwrite deletes it; --resume {folder} goes on with it"
+    hint = mend if own else "it is no run, or a link to one"
     raise FileExistsError(f"{folder} exists; {hint}; --run_name gives the new run another name")
 
 

@@ -28,11 +28,10 @@ def connect(address: str, jobs: int | None = None) -> None:
     Raises:
         ConnectionError: There is no cluster.
     """
-    here: dict[str, Any] = (
-        {"include_dashboard": False, "num_cpus": jobs} if address == "local" else {}
-    )
+    own: dict[str, Any] = {"include_dashboard": False, "num_cpus": jobs}
     path = os.pathsep.join(filter(None, (str(_ROOT), os.environ.get("PYTHONPATH"))))
     environment = {"env_vars": {"PYTHONPATH": path}}
+    here = own if address == "local" else {}
     ray.init(address, log_to_driver=False, runtime_env=environment, **here)
 
 

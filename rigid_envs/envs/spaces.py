@@ -166,9 +166,8 @@ def seeds_of(seed: Any, num_envs: int, env_id: str) -> list[Any]:
         first = python_seed(seed)
         return [None if first is None else first + i for i in range(num_envs)]
     if len(seed) != num_envs:
-        raise ValueError(
-            f"{env_id}: seed has {len(seed)} entries; expected {num_envs}, one for each row"
-        )
+        expected = f"{num_envs}, one for each row"
+        raise ValueError(f"{env_id}: seed has {len(seed)} entries; expected {expected}")
     return [python_seed(each) for each in seed]
 
 
@@ -224,7 +223,6 @@ def further_steps(task: Task, elapsed: int, name: str) -> int:
     try:
         task.check_duration(elapsed + 1)
     except ConfigError as error:
-        raise ConfigError(
-            f"{name}: elapsed = {elapsed} steps; expected a reset before: {error}"
-        ) from None
+        expected = f"expected a reset before: {error}"
+        raise ConfigError(f"{name}: elapsed = {elapsed} steps; {expected}") from None
     return 1

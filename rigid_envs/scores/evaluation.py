@@ -154,9 +154,8 @@ def make_rows(env_id: str, n: int, config: Mapping[str, Any] | None = None) -> R
 def _rows_of(env_id: str, env: Any, config: Mapping[str, Any] | None) -> Any:
     """A given environment as a vector environment whose rows start anew by themselves."""
     if config:
-        raise ConfigError(
-            f"config = {safe_repr(config)}; expected none beside env, which has its own"
-        )
+        expected = "none beside env, which has its own"
+        raise ConfigError(f"config = {safe_repr(config)}; expected {expected}")
     if not isinstance(env, gym.Env | gym.vector.VectorEnv):
         raise ConfigError(f"env = {safe_repr(env)}; expected an environment of Gymnasium")
     envs = gym.vector.SyncVectorEnv([lambda: env]) if isinstance(env, gym.Env) else env
@@ -237,11 +236,10 @@ def _play(
     rows, parts = envs.num_envs, []
     seeds = starts.row_seeds(seed, -(-n // rows) * rows, "test")
     for k in range(0, len(seeds), rows):
+        own = seeds[k : k + rows]
         with witness.watching():
-            part = starts.play(
-                policy(envs), envs, seeds[k : k + rows], error, progress, limit, witness.told
-            )
-        parts.append(part)
+            act, told = policy(envs), witness.told
+            parts.append(starts.play(act, envs, own, error, progress, limit, told))
     given = limit or getattr(_spec(envs), "max_episode_steps", None)
     return starts.joined(parts, n, given or max(part.limit for part in parts))
 

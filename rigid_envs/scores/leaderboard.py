@@ -231,9 +231,8 @@ def markdown(results: Sequence[Row]) -> str:
         results: In the order of the rows.
     """
     ranked = [row for row in results if row.unranked is None]
-    overall = markdown_table(
-        ("policy", "environments", "runs", "efficiency", "95 %"), _overall(ranked), "<>>>>"
-    )
+    header = ("policy", "environments", "runs", "efficiency", "95 %")
+    overall = markdown_table(header, _overall(ranked), "<>>>>")
     table = markdown_table(_HEADER, map(_cells, ranked), "<<>>>><>>>>")
     notes = "\n".join(dict.fromkeys(in_markdown(row.source) for row in results))
     apart = _apart([row for row in results if row.unranked is not None])

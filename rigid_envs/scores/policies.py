@@ -177,9 +177,8 @@ class Script:
         """Actions of native rows, whose clocks say when episodes begin; it keeps the plans."""
         begins = envs.get_state()["clock"][:, CLOCK.elapsed] == 0
         over = getattr(envs, "uncounted", None)
-        actions, self._memory = self.act(
-            envs, self._memory, begins if over is None else begins & ~over
-        )
+        begins = begins if over is None else begins & ~over
+        actions, self._memory = self.act(envs, self._memory, begins)
         return actions
 
 

@@ -243,9 +243,8 @@ class Witness:
                 actions[step, k * first : (k + 1) * first] = each
         given = actions[:, :n]
         steps = iter(given[..., 0].astype(np.int64) if rows.task.n_choices else given)
-        again = starts.play(
-            lambda _: next(steps), rows, starts.row_seeds(seed, n, "test"), record.error
-        )
+        seeds = starts.row_seeds(seed, n, "test")
+        again = starts.play(lambda _: next(steps), rows, seeds, record.error)
         return replace(again, limit=limit)
 
 

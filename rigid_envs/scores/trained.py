@@ -328,9 +328,8 @@ def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """
     arrays, document = load_tensors(path, _SIZE_LIMIT)
     if document.get("format") != FORMAT:
-        raise DamagedFileError(
-            f"{path}: expected format {FORMAT!r}, got {document.get('format')!r}"
-        )
+        given = document.get("format")
+        raise DamagedFileError(f"{path}: expected format {FORMAT!r}, got {given!r}")
     return document, arrays
 
 

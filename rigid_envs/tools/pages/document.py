@@ -183,9 +183,8 @@ def _reduced_frame(env_id: str, task: Task) -> list[Section]:
     )
     after = f"An array of shape ({len(reduction.features)},) and type float32.{goals}"
     formulas = tables.blocks(inspect.cleandoc(reduction.formulas)) if reduction.formulas else []
-    return [
-        Section("Reduced Frame", [lead, after, tables.entry_table(reduction.features), *formulas])
-    ]
+    table = tables.entry_table(reduction.features)
+    return [Section("Reduced Frame", [lead, after, table, *formulas])]
 
 
 def _options(task: Task) -> str:
@@ -214,17 +213,15 @@ def _episode_end(env_id: str, task: Task, docstring: tables.TaskDocstring) -> Se
 def _arguments(env_id: str, task: Task, given: Mapping[str, Any]) -> Section:
     words = [f"{key}={value!r}" for key, value in (given or tables.sample_arguments(task)).items()]
     code = f'env = gym.make("{env_id}", {", ".join(words)})'
-    return Section(
-        "Arguments", [_ARGUMENTS, tables.argument_table(task, given), tables.RANGE_NOTE, Code(code)]
-    )
+    table = tables.argument_table(task, given)
+    return Section("Arguments", [_ARGUMENTS, table, tables.RANGE_NOTE, Code(code)])
 
 
 def _physics(env_id: str, task: Task, docstring: tables.TaskDocstring) -> Section:
     system = task.system_type
     part = Section(f"System `{system.__name__}`", [*tables.text_of(system), _ACCESS])
-    return Section(
-        "Physics", [*docstring.sections["Physics"], *_integrator_step(env_id, task)], [part]
-    )
+    body = [*docstring.sections["Physics"], *_integrator_step(env_id, task)]
+    return Section("Physics", body, [part])
 
 
 def _integrator_step(env_id: str, task: Task) -> list[str]:

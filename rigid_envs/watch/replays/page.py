@@ -341,10 +341,8 @@ def html(episodes: Sequence[tuple[Replay, int]]) -> str:
     for replay, k in episodes:
         n = len(replay.episodes)
         require(0 <= k < n, k, "episode", f"0 to {n - 1}")
-    template = (
-        resources.files("rigid_envs.watch.replays").joinpath("viewer/viewer.html").read_text()
-    )
-    head, tail = template.split(_MARK)
+    template = resources.files("rigid_envs.watch.replays").joinpath("viewer/viewer.html")
+    head, tail = template.read_text().split(_MARK)
     for budget in _BUDGETS:
         document = json.dumps(_payload(episodes, budget), allow_nan=False)
         page = head + document.replace("<", "\\u003c") + tail  # no text can end the element

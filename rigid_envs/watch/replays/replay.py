@@ -200,9 +200,8 @@ def moment_at(task: Task, episode: PastEpisode, time: float) -> Moment:
     share = steps - k
     if share < _ROUNDING or k == len(episode):
         return one
-    return Interpolation(task.system(episode.parameters), one, episode.moment(k + 1, task)).at(
-        share
-    )
+    other = episode.moment(k + 1, task)
+    return Interpolation(task.system(episode.parameters), one, other).at(share)
 
 
 # Checks of the arrays of a replay: names, kinds, shapes and what they must agree with.
