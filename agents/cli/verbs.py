@@ -404,9 +404,8 @@ def _workers(options: argparse.Namespace) -> Processes | RayTasks:
 def _require_ray() -> None:
     for name in ("ray", "optuna"):
         if importlib.util.find_spec(name) is None:
-            raise DependencyNotInstalled(
-                f"{name} is not installed; get it with: pip install 'rigid-envs[sweep]'"
-            )
+            mend = "get it with: pip install 'rigid-envs[sweep]'"
+            raise DependencyNotInstalled(f"{name} is not installed; {mend}")
 
 
 # The verb `search`: hyperparameters, by Optuna on Ray.

@@ -47,9 +47,8 @@ def one_named(name: str, known: Collection[str], what: str) -> str:
     if name in known:
         return name
     (near,) = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)
-    raise ConfigError(
-        f"{what} = {name!r}; expected one of {', '.join(known)}: did you mean {near!r}?"
-    )
+    expected = f"one of {', '.join(known)}: did you mean {near!r}?"
+    raise ConfigError(f"{what} = {name!r}; expected {expected}")
 
 
 class MissingPackageError(ImportError):
@@ -136,9 +135,8 @@ def real_numbers(value: ArrayLike, name: str, entries: str = "") -> Array:
     """
     raw = as_array(value)
     if raw.dtype.kind not in "iuf" or _holds_boolean(value):
-        raise ValueError(
-            f"{name} = {_text(value)}; expected real numbers" + (f" ({entries})" if entries else "")
-        )
+        layout = f" ({entries})" if entries else ""
+        raise ValueError(f"{name} = {_text(value)}; expected real numbers{layout}")
     return np.asarray(raw, dtype=np.float64)
 
 
@@ -328,9 +326,8 @@ def printable(value: Any, name: str) -> Any:
         each = rest.pop()
         if isinstance(each, str):
             ok = each.isprintable() and len(each) <= _LONGEST
-            require(
-                ok, each, name, f"one line of at most {_LONGEST} characters that can be printed"
-            )
+            expected = f"one line of at most {_LONGEST} characters that can be printed"
+            require(ok, each, name, expected)
         elif isinstance(each, Mapping):
             rest += [*each.keys(), *each.values()]
         elif isinstance(each, list | tuple):

@@ -224,9 +224,8 @@ def checked_id(env_id: str) -> str:
         try:
             importlib.import_module(module)
         except (ModuleNotFoundError, ValueError) as error:
-            raise UnknownIdError(
-                f"env_id = {env_id!r}; expected a module that can be imported: {error}"
-            ) from None
+            expected = f"a module that can be imported: {error}"
+            raise UnknownIdError(f"env_id = {env_id!r}; expected {expected}") from None
     name = full_id(name)
     if name in ENVIRONMENTS:
         return name

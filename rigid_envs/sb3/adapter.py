@@ -133,10 +133,8 @@ class GymnasiumVecEnv(base.VecEnv):
         require(isinstance(venv, VectorEnv), venv, "venv", "a gymnasium.vector.VectorEnv")
         mode = venv.metadata.get("autoreset_mode")
         if mode is not AutoresetMode.SAME_STEP:
-            raise ValueError(
-                f"{venv} has autoreset mode {mode}; expected AutoresetMode.SAME_STEP: "
-                'make it with autoreset_mode="SameStep"'
-            )
+            expected = 'AutoresetMode.SAME_STEP: make it with autoreset_mode="SameStep"'
+            raise ValueError(f"{venv} has autoreset mode {mode}; expected {expected}")
         self.venv = venv
         self.vector_infos: dict[str, Any] = {}
         super().__init__(venv.num_envs, venv.single_observation_space, venv.single_action_space)
@@ -269,9 +267,8 @@ class GymnasiumVecEnv(base.VecEnv):
         elif len(rows) == self.num_envs:
             setattr(self.venv.unwrapped, attr_name, value)
         else:
-            raise ValueError(
-                f"set_attr: indices = {rows}; expected all rows, which share one object"
-            )
+            expected = "all rows, which share one object"
+            raise ValueError(f"set_attr: indices = {rows}; expected {expected}")
 
     def env_method(
         self,

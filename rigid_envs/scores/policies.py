@@ -453,9 +453,8 @@ def recorded(actions: npt.NDArray[Any], name: str = "recorded") -> PolicyFactory
     def make(envs: Any) -> starts.ActionFunction:
         rows = _native(envs, name)
         if actions.shape[1:] != rows.action_space.shape:
-            raise ValueError(
-                f"actions have shape {actions.shape}; expected (T, *{rows.action_space.shape})"
-            )
+            expected = f"(T, *{rows.action_space.shape})"
+            raise ValueError(f"actions have shape {actions.shape}; expected {expected}")
         kind = rows.single_action_space.dtype
 
         def act(_: starts.Observations) -> npt.NDArray[Any]:
@@ -563,7 +562,6 @@ def _of_all_rows(actions: npt.NDArray[Any], envs: Any) -> npt.NDArray[Any]:
 def _native(envs: Any, name: str) -> RigidVectorEnv:
     rows = envs.unwrapped
     if not isinstance(rows, RigidVectorEnv):
-        raise ValueError(
-            f"env = {rows}; expected native rows for {name}, which reads states: leave out env"
-        )
+        expected = f"native rows for {name}, which reads states: leave out env"
+        raise ValueError(f"env = {rows}; expected {expected}")
     return rows

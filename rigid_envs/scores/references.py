@@ -79,9 +79,8 @@ def numbers(task: Task, observation: Any) -> tuple[Array, bool]:
         observation = np.concatenate([np.asarray(observation[name]) for name in _GOALS], axis=-1)
     seen = np.asarray(observation, dtype=np.float64)
     if seen.shape[-1:] != (n,) or seen.ndim > 2 or not np.isfinite(seen).all():
-        raise ValueError(
-            f"observation of shape {seen.shape}: expected ({n},) or (N, {n}), every entry finite"
-        )
+        expected = f"({n},) or (N, {n}), every entry finite"
+        raise ValueError(f"observation of shape {seen.shape}: expected {expected}")
     return np.atleast_2d(seen), seen.ndim == 1
 
 

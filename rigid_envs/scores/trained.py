@@ -198,10 +198,8 @@ class CompiledPolicy:
         """What the network takes of observations, shape (N, n), and whether it is one alone."""
         obs = self._flat(observation)
         if obs.shape[-1:] != (self.n_obs,) or obs.ndim > 2 or not np.isfinite(obs).all():
-            raise ValueError(
-                f"observation of shape {obs.shape}: expected ({self.n_obs},) or "
-                f"(N, {self.n_obs}), every entry finite"
-            )
+            expected = f"({self.n_obs},) or (N, {self.n_obs}), every entry finite"
+            raise ValueError(f"observation of shape {obs.shape}: expected {expected}")
         alone = obs.ndim == 1
         return self._normalize(obs[None] if alone else obs), alone
 

@@ -222,9 +222,8 @@ class Drawing:
             size = width * min(1.0, length / (_HEAD * width))
             q = core.LQuaternion(*from_z(vector / length))
             shaft, head = node.getChildren()
-            shaft.setPosQuatScale(
-                core.Point3(*start), q, core.Vec3(size, size, max(length - tip, 1e-6))
-            )
+            scale = core.Vec3(size, size, max(length - tip, 1e-6))
+            shaft.setPosQuatScale(core.Point3(*start), q, scale)
             end = core.Point3(*(start + vector * (1 - tip / length)))
             head.setPosQuatScale(end, q, core.Vec3(size * _HEAD, size * _HEAD, tip))
 

@@ -469,9 +469,8 @@ def write_film(
     if max_bytes is not None:
         integer(max_bytes, "max_bytes", 1)
         if file.suffix.lower() == ".mp4":
-            raise ValueError(
-                f"max_bytes = {max_bytes}; expected None for an mp4: write a gif or webp"
-            )
+            expected = "None for an mp4: write a gif or webp"
+            raise ValueError(f"max_bytes = {max_bytes}; expected {expected}")
     source = _checked(pictures)
     first = next(source, None)
     if first is None:
@@ -496,9 +495,8 @@ def _checked(pictures: Iterable[Image]) -> Iterator[Image]:
         if not isinstance(given, np.ndarray) or given.dtype != np.uint8:
             raise ValueError(f"pictures[{k}] = {type(given).__name__}; expected uint8 arrays")
         if given.ndim != 3 or given.shape[2] != 3 or not given.size:
-            raise ValueError(
-                f"pictures[{k}] has shape {given.shape}; expected (height, width, 3), RGB"
-            )
+            expected = "(height, width, 3), RGB"
+            raise ValueError(f"pictures[{k}] has shape {given.shape}; expected {expected}")
         if shape not in (None, given.shape):
             raise ValueError(f"pictures[{k}] has shape {given.shape}; expected {shape} as before")
         shape = given.shape

@@ -65,9 +65,8 @@ def grid(points: npt.ArrayLike, normals: npt.ArrayLike, color: Color) -> Mesh:
     a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
     triangles = np.concatenate([np.stack([a, b, c], -1), np.stack([b, d, c], -1)]).reshape(-1, 3)
     corners = p.reshape(-1, 3)[triangles]
-    area = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1
-    )
+    one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = np.linalg.norm(np.cross(one, other), axis=-1)
     n = n / np.linalg.norm(n, axis=-1, keepdims=True)
     return Mesh(
         p.reshape(-1, 3).astype(np.float32),

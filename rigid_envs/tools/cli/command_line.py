@@ -196,9 +196,8 @@ def _asked(options: argparse.Namespace) -> str:
     what = next((name for name, known in _VERIFIED.items() if known[0] in given), "laws")
     for word in given.keys() - _VERIFIED[what]:
         beside = ", ".join(_VERIFIED[what])
-        raise ValueError(
-            f"{word} = {given[word]}; expected only {beside} where {what} are verified"
-        )
+        expected = f"only {beside} where {what} are verified"
+        raise ValueError(f"{word} = {given[word]}; expected {expected}")
     return what
 
 

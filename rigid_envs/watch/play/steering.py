@@ -111,9 +111,8 @@ def steering_of(task: Task, azimuth: float) -> Steering:
     if task.n_choices:
         return _choosing(entries[0], right, away, title)
     if len(entries) > 3:
-        raise ValueError(
-            f"actions = {len(entries)} entries; expected 3 at most: hands have no more axes"
-        )
+        expected = "3 at most: hands have no more axes"
+        raise ValueError(f"actions = {len(entries)} entries; expected {expected}")
     rest = np.array([_rest(entry) for entry in entries])
     bounded = any(word in entries[0].frame for word in ("disk", "ball"))
     plane = _plane(entries)
