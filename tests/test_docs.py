@@ -22,7 +22,6 @@ from rigid_envs.tasks.task import Task
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.pages.tables import SECTIONS, DocstringError, blocks, docstring_of
 from rigid_envs.tools.pages.writing import INDEX, file_of, pages, with_tables
-from tests.fixtures import Capture, Patch
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "environments"
@@ -37,20 +36,20 @@ each_id = pytest.mark.parametrize("env_id", IDS)
 each_file = pytest.mark.parametrize("name", [INDEX, *map(file_of, IDS)])
 
 
-def text_of(name: str) -> str:
+def text_of(name):
     path = FOLDER / name
     assert path.is_file(), f"{path} is not there; {MEND}"
     return path.read_text(encoding="utf-8")
 
 
-def sections_of(env_id: str) -> dict[str, str]:
+def sections_of(env_id):
     """What stands under each heading of the second level."""
     _, *parts = re.split(r"^## (.+)\n", text_of(file_of(env_id)), flags=re.MULTILINE)
     assert len(set(parts[::2])) == len(parts[::2])
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
-def cells(line: str) -> list[str]:
+def cells(line):
     """Cells of a row of a table, as they are read: without code marks, bars as bars."""
     assert line.startswith("| ")
     assert line.endswith(" |")
@@ -58,7 +57,7 @@ def cells(line: str) -> list[str]:
     return [cell.strip().strip("`").replace(r"\|", "|") for cell in found]
 
 
-def tables_of(text: str) -> list[Rows]:
+def tables_of(text):
     """Every table as rows by the names of its columns."""
     found = []
     for block in re.findall(r"(?:^\|.*\n?)+", text, flags=re.MULTILINE):
@@ -69,7 +68,7 @@ def tables_of(text: str) -> list[Rows]:
     return found
 
 
-def assert_is_space(rows: Rows, space: spaces.Box, low: str, high: str) -> None:
+def assert_is_space(rows, space, low, high):
     assert space.shape == (len(rows),)
     assert [row["Num"] for row in rows] == [str(k) for k in range(len(rows))]
     # written with 6 digits
@@ -78,7 +77,7 @@ def assert_is_space(rows: Rows, space: spaces.Box, low: str, high: str) -> None:
 
 
 @each_id
-def test_page_has_every_section_in_order_and_none_is_empty(env_id: str) -> None:
+def test_page_has_every_section_in_order_and_none_is_empty(env_id):
     sections = sections_of(env_id)
     assert list(sections) == TITLES
     for title, text in sections.items():
@@ -87,12 +86,12 @@ def test_page_has_every_section_in_order_and_none_is_empty(env_id: str) -> None:
     assert ends == ["Termination", "Truncation"]
 
 
-def test_pages_are_what_the_docstrings_say_now() -> None:
+def test_pages_are_what_the_docstrings_say_now():
     stale = [name for name, text in pages().items() if text_of(name) != text]
     assert not stale, f"{', '.join(stale)} differ from the docstrings; {MEND}"
 
 
-def test_there_is_no_page_without_an_id() -> None:
+def test_there_is_no_page_without_an_id():
     known = {INDEX, *map(file_of, IDS)}
     assert len(known) == 1 + len(IDS)
     pages = {path.name for path in FOLDER.glob("*.md")}
@@ -100,7 +99,7 @@ def test_there_is_no_page_without_an_id() -> None:
 
 
 @each_id
-def test_page_begins_with_the_id_and_its_spaces(env_id: str) -> None:
+def test_page_begins_with_the_id_and_its_spaces(env_id):
     env = gymnasium.make(env_id)
     head = text_of(file_of(env_id)).partition("\n## ")[0]
     (rows,) = tables_of(head)
@@ -121,7 +120,7 @@ def test_page_begins_with_the_id_and_its_spaces(env_id: str) -> None:
 
 
 @each_id
-def test_table_of_actions_is_the_action_space(env_id: str) -> None:
+def test_table_of_actions_is_the_action_space(env_id):
     env = gymnasium.make(env_id)
     text = sections_of(env_id)["Action Space"]
     (rows,) = tables_of(text)
@@ -140,7 +139,7 @@ def test_table_of_actions_is_the_action_space(env_id: str) -> None:
 
 
 @each_id
-def test_table_of_observations_is_the_observation_space(env_id: str) -> None:
+def test_table_of_observations_is_the_observation_space(env_id):
     space = gymnasium.make(env_id).observation_space
     text = sections_of(env_id)["Observation Space"]
     tables = tables_of(text)
@@ -159,8 +158,8 @@ def test_table_of_observations_is_the_observation_space(env_id: str) -> None:
 
 
 @each_id
-def test_table_of_rewards_names_every_term_with_its_weight(env_id: str) -> None:
-    task: Task = gymnasium.make(env_id).unwrapped.task
+def test_table_of_rewards_names_every_term_with_its_weight(env_id):
+    task = gymnasium.make(env_id).unwrapped.task
     (rows,) = tables_of(sections_of(env_id)["Rewards"])
     assert tuple(row["Term"] for row in rows) == task.terms
     for row in rows:
@@ -171,7 +170,7 @@ def test_table_of_rewards_names_every_term_with_its_weight(env_id: str) -> None:
     assert not [term for term in task.terms if f"`{term}`" not in prose]
 
 
-def value_of(text: str) -> object:
+def value_of(text):
     try:
         return ast.literal_eval(text)
     except (ValueError, SyntaxError):
@@ -179,8 +178,8 @@ def value_of(text: str) -> object:
 
 
 @each_id
-def test_arguments_are_those_that_are_accepted_with_their_defaults(env_id: str) -> None:
-    task: Task = gymnasium.make(env_id).unwrapped.task
+def test_arguments_are_those_that_are_accepted_with_their_defaults(env_id):
+    task = gymnasium.make(env_id).unwrapped.task
     (rows,) = tables_of(sections_of(env_id)["Arguments"])
     given = {row["Argument"]: value_of(row["Default"]) for row in rows}
     assert len(given) == len(rows)
@@ -193,7 +192,7 @@ def test_arguments_are_those_that_are_accepted_with_their_defaults(env_id: str) 
 
 
 @each_id
-def test_example_of_the_arguments_is_accepted(env_id: str) -> None:
+def test_example_of_the_arguments_is_accepted(env_id):
     (code,) = re.findall(r"```python\n(.+)\n```", sections_of(env_id)["Arguments"])
     names = {"gym": gymnasium}
     exec(code, names)
@@ -202,7 +201,7 @@ def test_example_of_the_arguments_is_accepted(env_id: str) -> None:
 
 
 @each_id
-def test_info_and_time_limit_are_those_of_the_environment(env_id: str) -> None:
+def test_info_and_time_limit_are_those_of_the_environment(env_id):
     env, sections = gymnasium.make(env_id), sections_of(env_id)
     (rows,) = tables_of(sections["Info"])
     assert tuple(row["Key"] for row in rows) == info_keys(env.unwrapped.task)
@@ -211,7 +210,7 @@ def test_info_and_time_limit_are_those_of_the_environment(env_id: str) -> None:
 
 
 @each_file
-def test_markdown_is_well_formed_and_its_links_lead_somewhere(name: str) -> None:
+def test_markdown_is_well_formed_and_its_links_lead_somewhere(name):
     text = text_of(name)
     assert text.endswith("\n")
     assert text.startswith("<!--")
@@ -231,15 +230,13 @@ def test_markdown_is_well_formed_and_its_links_lead_somewhere(name: str) -> None
 @pytest.mark.parametrize(
     ("file", "prefix"), [(FOLDER / INDEX, ""), (ROOT / "README.md", "docs/environments/")]
 )
-def test_every_environment_is_listed_once_and_linked(file: Path, prefix: str) -> None:
+def test_every_environment_is_listed_once_and_linked(file, prefix):
     text = file.read_text(encoding="utf-8")
     for env_id in IDS:
         assert text.count(f"]({prefix}{file_of(env_id)})") == 1, env_id
 
 
-def test_command_writes_what_is_missing_and_names_what_is_too_much(
-    capsys: Capture, tmp_path: Path
-) -> None:
+def test_command_writes_what_is_missing_and_names_what_is_too_much(capsys, tmp_path):
     folder = tmp_path / "new" / "pages"
     assert main(["docs", str(folder)]) == 0
     assert {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()} == pages()
@@ -254,7 +251,7 @@ def test_command_writes_what_is_missing_and_names_what_is_too_much(
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/best_known.md"])
-def test_tables_of_a_page_are_those_of_registry_and_data(page: str) -> None:
+def test_tables_of_a_page_are_those_of_registry_and_data(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     assert text == with_tables(text), f"write them anew: python -m rigid_envs.tools.pages {page}"
     with pytest.raises(ValueError, match="no marks for its tables"):
@@ -262,7 +259,7 @@ def test_tables_of_a_page_are_those_of_registry_and_data(page: str) -> None:
 
 
 @each_id
-def test_reference_scores_are_the_data(env_id: str) -> None:
+def test_reference_scores_are_the_data(env_id):
     text, found = sections_of(env_id)["Reference score"], best_known(env_id)
     assert found is not None
     (rows,) = tables_of(text)
@@ -277,12 +274,12 @@ def test_reference_scores_are_the_data(env_id: str) -> None:
 
 
 @each_id
-def test_prose_on_reference_controllers_has_no_measured_figures(env_id: str) -> None:
+def test_prose_on_reference_controllers_has_no_measured_figures(env_id):
     prose = " ".join(docstring_of(type(task_of(env_id))).sections["Reference"])
     assert not re.search(r"\d of \d+ starts|of 500|on average|\d %", prose)
 
 
-def test_figures_of_the_leaderboard_are_those_of_the_data() -> None:
+def test_figures_of_the_leaderboard_are_those_of_the_data():
     text = (ROOT / "docs" / "leaderboard.md").read_text(encoding="utf-8")
     _, rows = tables_of(text)
     assert {f"RigidEnvs/{row['environment']}" for row in rows} == set(IDS)
@@ -296,13 +293,13 @@ def test_figures_of_the_leaderboard_are_those_of_the_data() -> None:
 
 @pytest.mark.long
 @pytest.mark.push
-def test_the_page_on_control_prints_what_it_says(capsys: Capture) -> None:
+def test_the_page_on_control_prints_what_it_says(capsys):
     pytest.importorskip("casadi")
     pytest.importorskip("control")
     text = (ROOT / "docs" / "control.md").read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.+?)```\n\n```text\n(.+?)```", text, flags=re.DOTALL)
     assert len(blocks) == text.count("```python") == 6
-    names: dict[str, object] = {}
+    names = {}
     for code, told in blocks:
         exec(code, names)
         assert capsys.readouterr().out == told
@@ -313,8 +310,8 @@ def test_the_page_on_control_prints_what_it_says(capsys: Capture) -> None:
 
 
 def test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider(
-    tmp_path: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+    tmp_path, monkeypatch, capsys
+):
     pytest.importorskip("stable_baselines3")
     from rigid_envs.scores.records import read_results
 
@@ -328,7 +325,7 @@ def test_the_example_of_the_page_trains_evaluates_and_ranks_an_outsider(
     assert row.policy == "ppo" and row.n == 500 and row.efficiency is not None
 
 
-def test_every_cell_of_who_may_say_what_names_tests_that_are_there() -> None:
+def test_every_cell_of_who_may_say_what_names_tests_that_are_there():
     files = (
         file for name in ("tests", "rigid_envs/testing") for file in (ROOT / name).rglob("*.py")
     )
@@ -340,23 +337,23 @@ def test_every_cell_of_who_may_say_what_names_tests_that_are_there() -> None:
     assert sorted({name for names in named for name in names} - known) == []
 
 
-def told_by(docstring: str, base: type[Task] = Task) -> type[Task]:
+def told_by(docstring, base=Task):
     """A task with this docstring."""
     return type("Told", (base,), {"__doc__": docstring})
 
 
-def docstring(*names: str) -> str:
+def docstring(*names):
     bodies = "".join(f"\n    {name}:\n        About {name}.\n" for name in names)
     return f"Do it.\n\n    It is hard.\n{bodies}"
 
 
-def test_sections_of_a_docstring_are_read_by_name() -> None:
+def test_sections_of_a_docstring_are_read_by_name():
     story = docstring_of(told_by(docstring(*SECTIONS)))
     assert (story.summary, story.description) == ("Do it.", ["It is hard."])
     assert story.sections == {name: [f"About {name}."] for name in SECTIONS}
 
 
-def test_a_subclass_takes_from_its_parent_all_but_the_reference() -> None:
+def test_a_subclass_takes_from_its_parent_all_but_the_reference():
     story, parent = docstring_of(told_by(docstring("Reference"), BallPark)), docstring_of(BallPark)
     assert story.sections["Reference"] == ["About Reference."]
     for name in set(SECTIONS) - {"Reference"}:
@@ -366,7 +363,7 @@ def test_a_subclass_takes_from_its_parent_all_but_the_reference() -> None:
 
 
 @pytest.mark.parametrize("name", SECTIONS)
-def test_a_missing_section_is_refused_by_name(name: str) -> None:
+def test_a_missing_section_is_refused_by_name(name):
     rest = [other for other in SECTIONS if other != name]
     with pytest.raises(DocstringError, match=f"Told has no section '{name}'"):
         docstring_of(told_by(docstring(*rest)))
@@ -384,11 +381,11 @@ def test_a_missing_section_is_refused_by_name(name: str) -> None:
         ("Do it.", "no description"),
     ],
 )
-def test_another_form_is_refused(text: str, complaint: str) -> None:
+def test_another_form_is_refused(text, complaint):
     with pytest.raises(DocstringError, match=complaint):
         docstring_of(told_by(text))
 
 
-def test_paragraphs_and_items_are_told_apart_and_code_keeps_its_marks() -> None:
+def test_paragraphs_and_items_are_told_apart_and_code_keeps_its_marks():
     text = "One\ntwo ``x``.\n\n- a\n  b\n- `c`\n\nThree."
     assert blocks(text) == ["One two `x`.", "- a b", "- `c`", "Three."]

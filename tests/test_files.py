@@ -7,8 +7,6 @@ import resource
 import signal
 import stat
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -23,10 +21,9 @@ from rigid_envs.base.files import (
     write_atomic,
     write_document,
 )
-from tests.fixtures import Patch
 
 
-def test_what_is_too_large_or_no_file_is_not_read(tmp_path: Path) -> None:
+def test_what_is_too_large_or_no_file_is_not_read(tmp_path):
     sparse = tmp_path / "sparse"
     with sparse.open("wb") as file:
         file.truncate(2**33)
@@ -40,7 +37,7 @@ def test_what_is_too_large_or_no_file_is_not_read(tmp_path: Path) -> None:
         read_bytes(tmp_path, 1000)
 
 
-def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path: Path) -> None:
+def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path):
     path = tmp_path / "a"
     write_atomic(path, b"old")
     before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
@@ -60,15 +57,15 @@ def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path: 
 
 
 def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_end(
-    tmp_path: Path, monkeypatch: Patch
-) -> None:
-    calls: list[tuple[object, ...]] = []
+    tmp_path, monkeypatch
+):
+    calls = []
 
-    def fsync(descriptor: int) -> None:
+    def fsync(descriptor):
         status = os.fstat(descriptor)
         calls.append(("fsync", status.st_ino, status.st_size))
 
-    def replace(old: Path, new: Path) -> None:
+    def replace(old, new):
         calls.append(("replace", old.stat().st_ino, new))
         rename(old, new)
 
@@ -82,11 +79,11 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_en
     assert [call[:2] for call in calls[2:]] == [("fsync", tmp_path.stat().st_ino)]
 
 
-def without_folders(monkeypatch: Patch, call: str, code: int) -> None:
+def without_folders(monkeypatch, call, code):
     """Let `os.open` or `os.fsync` fail, for folders only."""
     real = getattr(os, call)
 
-    def fail(target: object, *more: int) -> object:
+    def fail(target, *more):
         if stat.S_ISDIR(os.stat(target).st_mode):
             raise OSError(code, os.strerror(code))
         return real(target, *more)
@@ -101,17 +98,13 @@ def without_folders(monkeypatch: Patch, call: str, code: int) -> None:
         *(("fsync", code) for code in (errno.EBADF, errno.EINVAL, errno.ENOTSUP)),
     ],
 )
-def test_a_file_is_written_where_folders_cannot_be_synced(
-    tmp_path: Path, monkeypatch: Patch, call: str, code: int
-) -> None:
+def test_a_file_is_written_where_folders_cannot_be_synced(tmp_path, monkeypatch, call, code):
     without_folders(monkeypatch, call, code)
     write_atomic(tmp_path / "a", b"new")
     assert (tmp_path / "a").read_bytes() == b"new"
 
 
-def test_a_disk_that_fails_after_the_rename_is_told_as_it_is(
-    tmp_path: Path, monkeypatch: Patch
-) -> None:
+def test_a_disk_that_fails_after_the_rename_is_told_as_it_is(tmp_path, monkeypatch):
     path = tmp_path / "a"
     write_atomic(path, b"old")
     without_folders(monkeypatch, "fsync", errno.EIO)
@@ -122,10 +115,10 @@ def test_a_disk_that_fails_after_the_rename_is_told_as_it_is(
     assert path.read_bytes() == b"new"
 
 
-def test_threads_that_write_one_file_do_not_disturb_each_other(tmp_path: Path) -> None:
+def test_threads_that_write_one_file_do_not_disturb_each_other(tmp_path):
     path = tmp_path / "a"
 
-    def write(k: int) -> None:
+    def write(k):
         for _ in range(20):
             write_atomic(path, bytes([k]) * 100_000)
             assert path.read_bytes() in contents
@@ -136,13 +129,13 @@ def test_threads_that_write_one_file_do_not_disturb_each_other(tmp_path: Path) -
     assert [file.name for file in tmp_path.iterdir()] == ["a"]
 
 
-def test_a_folder_that_is_none_is_named(tmp_path: Path) -> None:
+def test_a_folder_that_is_none_is_named(tmp_path):
     write_atomic(tmp_path / "a", b"")
     with pytest.raises(NotADirectoryError, match=r"could not write 3 bytes .*untouched"):
         write_atomic(tmp_path / "a" / "b", b"new")
 
 
-def test_json_has_one_spelling_and_no_nan() -> None:
+def test_json_has_one_spelling_and_no_nan():
     a, b = {"x": 1, "y": [0.1, "é"]}, {"y": [0.1, "é"], "x": 1}
     assert canonical_json(a) == canonical_json(b) == '{"x":1,"y":[0.1,"\\u00e9"]}'
     assert json.loads(canonical_json(a)) == a
@@ -150,12 +143,12 @@ def test_json_has_one_spelling_and_no_nan() -> None:
         canonical_json({"x": float("nan")})
 
 
-def test_text_is_written_as_utf_8(tmp_path: Path) -> None:
+def test_text_is_written_as_utf_8(tmp_path):
     write_atomic(tmp_path / "a", "é\n")
     assert (tmp_path / "a").read_bytes() == b"\xc3\xa9\n"
 
 
-def test_what_interrupted_writes_left_is_swept_and_nothing_else(tmp_path: Path) -> None:
+def test_what_interrupted_writes_left_is_swept_and_nothing_else(tmp_path):
     (tmp_path / "below").mkdir()
     for name in (".a.1.tmp", "below/.b.2.tmp", "a.tmp", ".hidden"):
         (tmp_path / name).touch()
@@ -167,19 +160,19 @@ FORMAT = "rigid-envs example 1"
 VALUES = {"format": FORMAT, "n": 3, "costs": [0.1, None, 1e-17], "where": {"cpu": "a"}, "who": "me"}
 
 
-def read(file: Path) -> dict[str, Any]:
+def read(file):
     with read_document(file, FORMAT, 10_000, "write it anew") as document:
         return document
 
 
 @pytest.fixture
-def file(tmp_path: Path) -> Path:
+def file(tmp_path):
     path = tmp_path / "a.json"
     write_document(path, VALUES)
     return path
 
 
-def test_a_document_is_read_as_it_was_written_and_written_as_it_was_read(file: Path) -> None:
+def test_a_document_is_read_as_it_was_written_and_written_as_it_was_read(file):
     content, document = file.read_bytes(), read(file)
     assert {key: value for key, value in document.items() if key != "sha256"} == VALUES
     assert [line.partition(":")[0] for line in content.decode().splitlines()[1:-1]] == [
@@ -190,7 +183,7 @@ def test_a_document_is_read_as_it_was_written_and_written_as_it_was_read(file: P
 
 
 @pytest.mark.parametrize("key", VALUES)
-def test_no_entry_can_be_changed_taken_out_or_put_in(file: Path, key: str) -> None:
+def test_no_entry_can_be_changed_taken_out_or_put_in(file, key):
     document = json.loads(file.read_text())
     rest = {name: value for name, value in document.items() if name != key}
     for changed in (document | {key: "x"}, rest, document | {"more": 1}):
@@ -218,15 +211,15 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("kind", HOSTILE)
-def test_what_is_no_document_is_refused_by_name(file: Path, kind: str) -> None:
+def test_what_is_no_document_is_refused_by_name(file, kind):
     content, message = HOSTILE[kind]
     file.write_bytes(content)
     with pytest.raises(DamagedFileError, match=rf"a\.json: .*({message})"):
         read(file)
 
 
-def test_what_goes_wrong_while_a_document_is_taken_apart_names_the_file(file: Path) -> None:
-    wrong: list[Any] = [lambda d: d["x"], lambda d: d["n"][0], lambda d: d["who"].x,
+def test_what_goes_wrong_while_a_document_is_taken_apart_names_the_file(file):
+    wrong = [lambda d: d["x"], lambda d: d["n"][0], lambda d: d["who"].x,
                         lambda d: 1 / 0, lambda d: d["costs"][9],
                         lambda d: float(d["who"])]  # fmt: skip
     for take in wrong:
@@ -237,8 +230,8 @@ def test_what_goes_wrong_while_a_document_is_taken_apart_names_the_file(file: Pa
             take(document)
 
 
-def test_a_boolean_is_no_number_and_text_is_one_line_that_can_be_printed() -> None:
-    wrong: list[Any] = [(True, int), (1, bool), (1.0, int), (None, str), ([], dict),
+def test_a_boolean_is_no_number_and_text_is_one_line_that_can_be_printed():
+    wrong = [(True, int), (1, bool), (1.0, int), (None, str), ([], dict),
                         (1, str | None), ([], {"b": int})]  # fmt: skip
     for value, kind in wrong:
         with pytest.raises(ValueError, match=r"a = .*; expected a value of type"):
@@ -255,6 +248,6 @@ def test_a_boolean_is_no_number_and_text_is_one_line_that_can_be_printed() -> No
 
 
 @pytest.mark.parametrize("values", [[], 3, "12", ["1"], [True], [[1.0]], [[1], [1, 2]], [10**400]])
-def test_what_is_no_list_of_numbers_is_refused(values: Any) -> None:
+def test_what_is_no_list_of_numbers_is_refused(values):
     with pytest.raises(ValueError, match="costs"):
         column(values, "costs")

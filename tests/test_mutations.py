@@ -9,7 +9,6 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.fixtures import Capture
 from tests.mutations.__main__ import SOURCES, main
 from tests.mutations.application import ROOT, Checkout
 from tests.mutations.known import BUGS, EQUIVALENTS, LIBRARY_EQUIVALENTS, Bug
@@ -42,7 +41,7 @@ def loop(x: float) -> float:
 PACKAGE = ROOT / "rigid_envs"
 
 
-def test_every_term_has_its_mutant_and_nothing_else() -> None:
+def test_every_term_has_its_mutant_and_nothing_else():
     terms = [(mutant.function, mutant.line, mutant.term) for mutant in mutants_of(SOURCE)]
     assert terms == [
         ("module", 4, "1.0"),
@@ -62,7 +61,7 @@ def test_every_term_has_its_mutant_and_nothing_else() -> None:
     assert [mutant.nth for mutant in mutants_of(SOURCE) if mutant.term == "x"] == [0, 1]
 
 
-def test_what_has_no_sign_has_no_mutant() -> None:
+def test_what_has_no_sign_has_no_mutant():
     source = "@scalar\ndef f(x: float) -> float:\n    return select(abs(x) > 2.0, {}, 0.0)\n"
     for value, terms in (
         ("0.0", ["2.0"]),
@@ -73,8 +72,8 @@ def test_what_has_no_sign_has_no_mutant() -> None:
         assert sorted(t for t in found if "abs" not in t and "select(" not in t) == sorted(terms)
 
 
-def test_a_mutant_differs_from_the_source_by_one_sign() -> None:
-    def value(source: str) -> float:
+def test_a_mutant_differs_from_the_source_by_one_sign():
+    def value(source):
         scope = {
             "scalar": lambda function: function,
             "kernel": lambda function: function,
@@ -83,7 +82,7 @@ def test_a_mutant_differs_from_the_source_by_one_sign() -> None:
             "Vector": SimpleNamespace,
         }
         exec(source, scope)
-        result: float = scope["f"]((3.0, 5.0), 7.0)
+        result = scope["f"]((3.0, 5.0), 7.0)
         return result
 
     right = value(SOURCE)
@@ -95,7 +94,7 @@ def test_a_mutant_differs_from_the_source_by_one_sign() -> None:
 
 
 @pytest.mark.parametrize("name", SOURCES)
-def test_equivalents_are_terms_that_are_still_there(name: str) -> None:
+def test_equivalents_are_terms_that_are_still_there(name):
     source = (PACKAGE / f"{name}.py").read_text(encoding="utf-8")
     keys = {mutant.key for mutant in mutants_of(source, SOURCES[name].leave_out)}
     for equivalent in EQUIVALENTS:
@@ -104,7 +103,7 @@ def test_equivalents_are_terms_that_are_still_there(name: str) -> None:
     assert {equivalent.source for equivalent in EQUIVALENTS} <= set(SOURCES)
 
 
-def test_a_wrong_sign_in_a_copy_is_noticed_and_the_checkout_stays_as_it_was() -> None:
+def test_a_wrong_sign_in_a_copy_is_noticed_and_the_checkout_stays_as_it_was():
     before = {path: path.read_bytes() for path in PACKAGE.rglob("*.py")}
     copy, ball = PackageCopy(), "systems/rolling_ball/dynamics"
     try:
@@ -118,7 +117,7 @@ def test_a_wrong_sign_in_a_copy_is_noticed_and_the_checkout_stays_as_it_was() ->
 
 
 @pytest.mark.parametrize("bug", BUGS, ids=lambda bug: bug.what)
-def test_a_bug_to_plant_has_its_place_and_its_tests(bug: Bug) -> None:
+def test_a_bug_to_plant_has_its_place_and_its_tests(bug):
     source = (ROOT / bug.file).read_text(encoding="utf-8")
     ast.parse(bug.planted(source))
     for test in bug.tests:
@@ -128,7 +127,7 @@ def test_a_bug_to_plant_has_its_place_and_its_tests(bug: Bug) -> None:
 
 @pytest.mark.long
 @pytest.mark.push
-def test_a_bug_in_a_copy_of_the_checkout_is_noticed_and_one_that_changes_nothing_is_not() -> None:
+def test_a_bug_in_a_copy_of_the_checkout_is_noticed_and_one_that_changes_nothing_is_not():
     copy = Checkout()
     try:
         source = "rigid_envs/base/files.py"
@@ -170,7 +169,7 @@ class A:
 '''
 
 
-def test_plain_python_has_these_bugs_and_no_others() -> None:
+def test_plain_python_has_these_bugs_and_no_others():
     assert [(c.function, c.line, c.what) for c in changes_of(PLAIN, "a.py")] == [
         ("module", 8, "0.0 -> 1.0"),
         ("module", 12, "-1 -> 0"),
@@ -196,7 +195,7 @@ def test_plain_python_has_these_bugs_and_no_others() -> None:
     ]
 
 
-def test_a_bug_changes_its_place_in_the_bytes_of_the_source_and_nothing_else() -> None:
+def test_a_bug_changes_its_place_in_the_bytes_of_the_source_and_nothing_else():
     source = '"""Kovalevskaya\'s ψ."""\n\n\ndef f(x):\n    return "ψ", (x) < (2)  # ψ\n'
     planted = {c.what: c.planted(source) for c in changes_of(source, "a.py")}
     assert planted == {
@@ -205,7 +204,7 @@ def test_a_bug_changes_its_place_in_the_bytes_of_the_source_and_nothing_else() -
     }
 
 
-def test_a_sample_is_the_same_whatever_stands_around_it() -> None:
+def test_a_sample_is_the_same_whatever_stands_around_it():
     changes = changes_of(PLAIN, "a.py")
     drawn = sampled(changes, 5, 0)
     assert len(drawn) == 5 and drawn == sorted(drawn, key=changes.index)
@@ -214,7 +213,7 @@ def test_a_sample_is_the_same_whatever_stands_around_it() -> None:
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_bugs_that_are_argued_away_are_still_in_the_library(room: str) -> None:
+def test_bugs_that_are_argued_away_are_still_in_the_library(room):
     keys = {change.key for change in all_changes(room)}
     assert len(keys) == len(all_changes(room))
     files = {path.relative_to(ROOT).as_posix() for path in sources(ROOT, room)}
@@ -225,7 +224,7 @@ def test_bugs_that_are_argued_away_are_still_in_the_library(room: str) -> None:
 
 
 @pytest.mark.long
-def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it() -> None:
+def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it():
     copy = LibraryCopy()
     try:
         file = "rigid_envs/mechanics/special.py"
@@ -249,7 +248,7 @@ def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it() -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", SOURCES)
-def test_a_sample_of_wrong_signs_is_noticed(name: str, capsys: Capture) -> None:
+def test_a_sample_of_wrong_signs_is_noticed(name, capsys):
     assert main(["--subjects", name, "--sample", "5"]) == 0
     assert "No survivor." in capsys.readouterr().out
 
@@ -257,7 +256,7 @@ def test_a_sample_of_wrong_signs_is_noticed(name: str, capsys: Capture) -> None:
 ROOT = Path(__file__).parent.parent
 
 
-def collected_ids() -> set[str]:
+def collected_ids():
     """What stands in the brackets of the names of all tests that know of the cases."""
     paths = Path(__file__).parent.rglob("test_*.py")
     files = [path for path in paths if "tests.reference" in path.read_text()]

@@ -7,7 +7,6 @@ import sys
 import sysconfig
 import tarfile
 import zipfile
-from email.message import Message
 from email.parser import HeaderParser
 from pathlib import Path
 
@@ -22,31 +21,31 @@ from tests.programs import printed
 ROOT = Path(__file__).parents[1]
 
 
-def build(target: str, source: Path, out: Path) -> Path:
+def build(target, source, out):
     """Builds the "wheel" or "sdist" of `source` with the build backend itself: no network."""
     printed("-m", "hatchling", "build", "--target", target, "--directory", out, cwd=source)
     (built,) = out.iterdir()
     return built
 
 
-def files_of(wheel: Path) -> set[str]:
+def files_of(wheel):
     with zipfile.ZipFile(wheel) as archive:
         return set(archive.namelist())
 
 
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def wheel(tmp_path_factory):
     return build("wheel", ROOT, tmp_path_factory.mktemp("wheel"))
 
 
 @pytest.fixture(scope="module")
-def metadata(wheel: Path) -> Message:
+def metadata(wheel):
     (name,) = (f for f in files_of(wheel) if f.endswith(".dist-info/METADATA"))
     with zipfile.ZipFile(wheel) as archive:
         return HeaderParser().parsestr(archive.read(name).decode())
 
 
-def test_wheel_holds_the_library_its_data_and_nothing_else(wheel: Path) -> None:
+def test_wheel_holds_the_library_its_data_and_nothing_else(wheel):
     files = files_of(wheel)
     top_level = {name.split("/")[0] for name in files}
     assert top_level == {"rigid_envs", f"rigid_envs-{rigid_envs.__version__}.dist-info"}
@@ -62,7 +61,7 @@ def test_wheel_holds_the_library_its_data_and_nothing_else(wheel: Path) -> None:
     assert wheel.stat().st_size <= 4_000_000
 
 
-def test_metadata_states_version_python_four_packages_and_extras(metadata: Message) -> None:
+def test_metadata_states_version_python_four_packages_and_extras(metadata):
     assert metadata["Version"] == rigid_envs.__version__
     assert metadata["Requires-Python"] == ">=3.11"
     extras = {"control", "dataset", "docs", "train", "render", "sweep", "test", "dev"}
@@ -73,9 +72,7 @@ def test_metadata_states_version_python_four_packages_and_extras(metadata: Messa
     assert base["gymnasium"] == Requirement("gymnasium>=1.2,<2").specifier
 
 
-def test_every_promised_python_is_tested_and_the_citation_is_of_this_version(
-    metadata: Message,
-) -> None:
+def test_every_promised_python_is_tested_and_the_citation_is_of_this_version(metadata):
     kinds = metadata.get_all("Classifier", [])
     promised = {kind.rpartition(" ")[2] for kind in kinds if ":: Python :: 3." in kind}
     workflow = yaml.safe_load((ROOT / ".github/workflows/ci.yml").read_text())
@@ -86,9 +83,7 @@ def test_every_promised_python_is_tested_and_the_citation_is_of_this_version(
     assert dict(urls)["Repository"] == citation["repository-code"]
 
 
-def test_links_of_the_readme_lead_somewhere_in_the_repository_and_on_pypi(
-    metadata: Message,
-) -> None:
+def test_links_of_the_readme_lead_somewhere_in_the_repository_and_on_pypi(metadata):
     readme, shown = (ROOT / "README.md").read_text(), str(metadata.get_payload())
     link = r'(?:\]\(|src=")([^)#"\s]+)'
     here = [each for each in re.findall(link, readme) if not each.startswith("http")]
@@ -104,7 +99,7 @@ THEIRS = {"agents/__init__.py": "owner = 'openai-agents'\n", "agents/tool.py": "
 
 
 @pytest.fixture(scope="module")
-def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def site(wheel, tmp_path_factory):
     """Where the wheel was installed beside a package of others."""
     folder = tmp_path_factory.mktemp("site")
     (folder / "agents").mkdir()
@@ -116,14 +111,12 @@ def site(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_installing_leaves_another_package_named_agents_untouched(site: Path) -> None:
+def test_installing_leaves_another_package_named_agents_untouched(site):
     found = {p.relative_to(site).as_posix(): p for p in site.glob("agents/*.py")}
     assert {name: path.read_text() for name, path in found.items()} == THEIRS
 
 
-def test_installed_library_imports_alone_and_without_heavy_packages(
-    site: Path, tmp_path: Path
-) -> None:
+def test_installed_library_imports_alone_and_without_heavy_packages(site, tmp_path):
     heavy = (
         *("torch", "stable_baselines3", "matplotlib", "panda3d", "pygame", "agents", "casadi"),
         *("pytest", "hypothesis", "rigid_envs.testing"),
@@ -138,7 +131,7 @@ def test_installed_library_imports_alone_and_without_heavy_packages(
 
 
 @pytest.mark.long
-def test_contract_tests_run_from_the_installed_library(site: Path, tmp_path: Path) -> None:
+def test_contract_tests_run_from_the_installed_library(site, tmp_path):
     command = ("-P", "-m", "rigid_envs.testing", "-q", "-k", "repr_names")
     ids = ("--env-id", "RigidEnvs/BallPark-v0", "--env-id", "RigidEnvs/BallGrid-v0")
     for workers in ((), ("-n", "2")):
@@ -148,9 +141,7 @@ def test_contract_tests_run_from_the_installed_library(site: Path, tmp_path: Pat
 
 @pytest.mark.long
 @pytest.mark.push
-def test_wheel_built_from_the_sdist_is_the_wheel_built_from_the_checkout(
-    wheel: Path, tmp_path: Path
-) -> None:
+def test_wheel_built_from_the_sdist_is_the_wheel_built_from_the_checkout(wheel, tmp_path):
     sdist = build("sdist", ROOT, tmp_path / "sdist")
     with tarfile.open(sdist) as archive:
         archive.extractall(tmp_path, filter="data")
@@ -196,7 +187,7 @@ assert abs(again.values["return"].mean() - found.values["return"].mean()) < 1e-3
 """
 
 
-def away(*command: str | Path, cwd: Path) -> str:
+def away(*command, cwd):
     """What a command prints away from any checkout; fails with what it printed."""
     kept = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     done = subprocess.run(
@@ -213,7 +204,7 @@ def away(*command: str | Path, cwd: Path) -> str:
 
 
 @pytest.fixture(scope="module")
-def programs(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def programs(wheel, tmp_path_factory):
     """The programs of an environment of its own that has the wheel.
 
     The packages that it needs are those of the environment of the tests, where nothing of a
@@ -231,7 +222,7 @@ def programs(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.push
 @pytest.mark.long
-def test_it_trains_exports_evaluates_ranks_and_collects(programs: Path, tmp_path: Path) -> None:
+def test_it_trains_exports_evaluates_ranks_and_collects(programs, tmp_path):
     pytest.importorskip("stable_baselines3")
     pytest.importorskip("minari")
     (tmp_path / "rows").mkdir()

@@ -8,7 +8,6 @@ import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import gymnasium
 import numpy as np
@@ -22,7 +21,6 @@ from rigid_envs.scores.best import TheoreticalLimit
 from rigid_envs.scores.starts import METRICS
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.registry import COSTS, ENVIRONMENTS, EnvironmentRecord, add, load
-from tests.fixtures import Patch
 from tests.programs import printed, python
 
 each_id = pytest.mark.parametrize("env_id", list(ENVIRONMENTS))
@@ -65,7 +63,7 @@ assert evaluate(env_id, uniform(), n=3).values["success"].shape == (3,)
 
 
 @each_id
-def test_a_record_is_what_gymnasium_and_the_task_have(env_id: str) -> None:
+def test_a_record_is_what_gymnasium_and_the_task_have(env_id):
     record, task, spec = ENVIRONMENTS[env_id], task_of(env_id), gymnasium.spec(env_id)
     assert record.id == env_id == spec.id
     assert record.max_episode_steps == spec.max_episode_steps
@@ -79,14 +77,14 @@ def test_a_record_is_what_gymnasium_and_the_task_have(env_id: str) -> None:
     task_of(env_id, record.early_end)
 
 
-def test_families_are_all_ids_in_the_order_of_registration() -> None:
+def test_families_are_all_ids_in_the_order_of_registration():
     found = families()
     assert list(found) == ["Free body", "Top", "Ball", "Coin and wheel"]
     assert sorted(env_id for ids in found.values() for env_id in ids) == sorted(ENVIRONMENTS)
     assert families([PARK]) == {"Ball": [PARK]}
 
 
-def test_wrong_records_are_refused_and_equal_ones_harmless() -> None:
+def test_wrong_records_are_refused_and_equal_ones_harmless():
     record = ENVIRONMENTS[PARK]
     add(record)
     with pytest.raises(ConfigError, match="expected an id that is not registered yet"):
@@ -106,15 +104,15 @@ def test_wrong_records_are_refused_and_equal_ones_harmless() -> None:
     assert "Other/Park-v0" not in ENVIRONMENTS
 
 
-def test_an_episode_may_have_one_step_alone(monkeypatch: Patch) -> None:
-    known: dict[str, EnvironmentRecord] = {}
+def test_an_episode_may_have_one_step_alone(monkeypatch):
+    known = {}
     for name in ("_RECORDS", "ENVIRONMENTS"):
         monkeypatch.setattr(f"rigid_envs.tasks.registry.{name}", known)
     add(other := EnvironmentRecord("Other/Park-v0", "other:Park", 1, "Ball"))
     assert known == {other.id: other}
 
 
-def test_an_id_may_be_short() -> None:
+def test_an_id_may_be_short():
     for short in ("BallPark", "BallPark-v0", "RigidEnvs/BallPark", PARK):
         assert checked_id(short) == full_id(short) == PARK
     for other in ("Ball", "ballpark", "CartPole-v1", "", "-v0", "Other/BallPark"):
@@ -122,9 +120,7 @@ def test_an_id_may_be_short() -> None:
     assert len({full_id(env_id.rpartition("-")[0]) for env_id in ENVIRONMENTS}) == len(ENVIRONMENTS)
 
 
-def test_a_short_id_means_the_newest_version_and_never_one_of_two_namespaces(
-    monkeypatch: Patch,
-) -> None:
+def test_a_short_id_means_the_newest_version_and_never_one_of_two_namespaces(monkeypatch):
     balls = (f"RigidEnvs/BallPark-v{k}" for k in (0, 10, 9))
     coins = ("RigidEnvs/Coin-v0", "Other/Coin-v0")
     known = dict.fromkeys((*balls, *coins, "Plain", "RigidEnvs/Top", "RigidEnvs/Top-v1"))
@@ -137,44 +133,44 @@ def test_a_short_id_means_the_newest_version_and_never_one_of_two_namespaces(
 
 
 @pytest.mark.parametrize("no_text", [7, None, [], b"BallPark"])
-def test_what_is_no_text_is_no_id(no_text: Any) -> None:
+def test_what_is_no_text_is_no_id(no_text):
     with pytest.raises(ValueError, match=r"^env_id = .*; expected the id of an environment"):
         task_of(no_text)
 
 
 @pytest.mark.parametrize("no_dict", [3, 0, "", "dt", [("dt", 0.1)]])
-def test_hyperparameters_that_are_no_dict_are_refused(no_dict: Any) -> None:
+def test_hyperparameters_that_are_no_dict_are_refused(no_dict):
     with pytest.raises(ConfigError, match=r"^config = .*; expected a dict of hyperparameters"):
         task_of(PARK, no_dict)
 
 
-def test_an_id_may_name_the_module_that_registers_it() -> None:
+def test_an_id_may_name_the_module_that_registers_it():
     assert checked_id(f"rigid_envs:{PARK}") == PARK
     with pytest.raises(ConfigError, match="expected a module that can be imported: No module"):
         checked_id("no_such_package:Hoops/Roll-v0")
 
 
-def test_another_package_gets_all_that_ours_get(tmp_path: Path) -> None:
+def test_another_package_gets_all_that_ours_get(tmp_path):
     (tmp_path / "hoops.py").write_text(_HOOP)
     path = [str(tmp_path), str(Path(__file__).parents[1])]
     code = f"import sys; sys.path[:0] = {path!r}\n{_USE}"
     printed("-c", code, cwd=tmp_path)
 
 
-def turned(core: Core) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def turned(core):
     """The third body axis in world axes."""
     return rotations.rotate(core.y[:, :4], np.array([0.0, 0.0, 1.0]))
 
 
-def off(core: Core) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
+def off(core):
     """Distance from the commanded spin, in target rates."""
-    task: Any = core.task
+    task = core.task
     sense = -1.0 if type(task).__name__ == "AxisFlip" else 1.0
     goal = np.array([0.0, sense * task.spin_rate, 0.0])
     return np.linalg.norm(core.y[:, 4:7] - goal, axis=1) / task.spin_rate
 
 
-ERRORS: dict[str, Any] = {
+ERRORS = {
     "spin": off,
     "axis": lambda core: np.arctan2(np.hypot(core.y[:, 4], core.y[:, 6]), core.y[:, 5]),
     "upright": lambda core: np.arctan2(np.hypot(*turned(core).T[:2]), turned(core)[:, 2]),
@@ -188,7 +184,7 @@ KNOWN = {
 
 
 @pytest.mark.parametrize("env_id", KNOWN)
-def test_the_error_that_is_read_from_a_reward_term_is_that_of_the_state(env_id: str) -> None:
+def test_the_error_that_is_read_from_a_reward_term_is_that_of_the_state(env_id):
     error, core = KNOWN[env_id], Core(task_of(env_id), 8)
     core.seed(np.arange(8), np.arange(8, dtype=np.uint64))
     core.reset(np.arange(8))
@@ -276,60 +272,60 @@ PROGRAMS = {
 class Package:
     """The package of the page in a folder of its own, and processes that run beside it."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.folder = folder
         path = os.pathsep.join([str(folder), str(ROOT)])
         own = {"cwd": folder, "PYTHONPATH": path, "NUMBA_CACHE_DIR": str(folder / "c")}
         self.run, self.output = partial(python, **own), partial(printed, **own)
         self.write(dict(FILES))
 
-    def write(self, files: dict[str, str]) -> None:
+    def write(self, files):
         for name, text in files.items():
             (self.folder / name).parent.mkdir(exist_ok=True)
             (self.folder / name).write_text(text, encoding="utf-8")
 
 
-def command(line: str) -> list[str]:
+def command(line):
     """A command of the page as arguments of Python."""
     first, *rest = shlex.split(line)
     return ["-m", "rigid_envs.tools.cli", *rest] if first == "rigid-envs" else rest
 
 
 @pytest.fixture(scope="module")
-def package(tmp_path_factory: pytest.TempPathFactory) -> Package:
+def package(tmp_path_factory):
     return Package(tmp_path_factory.mktemp("newcomer"))
 
 
 @pytest.fixture(scope="module")
-def said(package: Package) -> dict[str, str]:
+def said(package):
     """What the programs print, one after the other in one process."""
     text = package.output("-c", "\nprint('---')\n".join(PROGRAMS.values()))
     return dict(zip(PROGRAMS, text.split("---\n"), strict=True))
 
 
-def test_the_page_is_a_whole_package() -> None:
+def test_the_page_is_a_whole_package():
     names = ("system", "task", "heavy", "view", "__init__")
     assert [name for name, _ in FILES] == [f"wheel_pendulum/{name}.py" for name in names]
 
 
-def test_the_script_of_the_page_runs(said: dict[str, str]) -> None:
+def test_the_script_of_the_page_runs(said):
     assert said["script"] == "(256, 4)\n"
 
 
-def test_the_checks_of_the_page_run(said: dict[str, str]) -> None:
+def test_the_checks_of_the_page_run(said):
     assert said["checks"] == "same_seed_again\n"
 
 
-def test_it_is_seen_by_its_own_view(said: dict[str, str]) -> None:
+def test_it_is_seen_by_its_own_view(said):
     text = "SwingUpView (480, 480, 3) [0.0, 0.0, -1.0] [1.0, 0.0, 0.0]\n"
     assert said["picture"] == text
 
 
-def test_its_system_is_a_symbolic_model_too(said: dict[str, str]) -> None:
+def test_its_system_is_a_symbolic_model_too(said):
     assert said["symbolic"] == "('angle', 'omega', 'spin') ('torque',)\n"
 
 
-def test_the_second_process_compiles_nothing(package: Package) -> None:
+def test_the_second_process_compiles_nothing(package):
     package.run("-c", REPORT)
     again = package.run("-c", REPORT)
     assert again.stderr == ""
@@ -337,7 +333,7 @@ def test_the_second_process_compiles_nothing(package: Package) -> None:
 
 
 @pytest.mark.long
-def test_an_edited_helper_in_another_file_is_noticed(package: Package) -> None:
+def test_an_edited_helper_in_another_file_is_noticed(package):
     before = package.output("-c", REPORT).split()[0]
     system = dict(FILES)["wheel_pendulum/system.py"]
     package.write({"wheel_pendulum/system.py": system.replace("2.0 * sine * sine", "sine * sine")})
@@ -347,7 +343,7 @@ def test_an_edited_helper_in_another_file_is_noticed(package: Package) -> None:
     assert package.output("-c", REPORT).split() == [before, "2"]
 
 
-def test_it_is_described_and_gets_pages(package: Package) -> None:
+def test_it_is_described_and_gets_pages(package):
     text = package.output(*command(DESCRIBE))
     assert text.startswith("WheelPendulum/SwingUp-v0")
     assert "import wheel_pendulum" in text
@@ -357,13 +353,13 @@ def test_it_is_described_and_gets_pages(package: Package) -> None:
     assert "## Pendulum" in (package.folder / "pages/README.md").read_text()
 
 
-def test_a_subclass_overrides_defaults_and_keeps_their_rules(said: dict[str, str]) -> None:
+def test_a_subclass_overrides_defaults_and_keeps_their_rules(said):
     own, refused, _ = said["substeps"].splitlines()
     assert own == "(6.0, 8.0) 2"
     assert refused.startswith("config.mgl: mgl = -1.0; expected")
 
 
-def test_the_least_number_of_substeps_that_is_asked_for_is_enough(said: dict[str, str]) -> None:
+def test_the_least_number_of_substeps_that_is_asked_for_is_enough(said):
     assert said["substeps"].endswith("take n_substeps >= 201\n")
 
 
@@ -377,8 +373,8 @@ def test_the_least_number_of_substeps_that_is_asked_for_is_enough(said: dict[str
     ],
 )
 def test_names_that_do_not_fit_together_are_refused_at_import(
-    tmp_path: Path, monkeypatch: Patch, file: str, old: str, new: str, message: str
-) -> None:
+    tmp_path, monkeypatch, file, old, new, message
+):
     package, name = Package(tmp_path), f"wheel_pendulum/{file}.py"
     text = dict(FILES)[name]
     assert text.count(old) == 1
@@ -391,19 +387,19 @@ def test_names_that_do_not_fit_together_are_refused_at_import(
 
 @pytest.mark.push
 @pytest.mark.long
-def test_it_passes_the_contracts_that_ask_most(package: Package) -> None:
+def test_it_passes_the_contracts_that_ask_most(package):
     printed = package.output(*command(CONTRACTS), "-q", "-k", SUBSET)
     assert re.search(r"\d\d passed", printed), printed
 
 
-def test_an_unknown_id_is_refused_in_one_line(package: Package) -> None:
+def test_an_unknown_id_is_refused_in_one_line(package):
     refused = package.run("-m", "rigid_envs.testing", "--env-id", "wheel_pendulum:Wheel/Swing-v0")
     assert "--env-id: env_id = 'wheel_pendulum:Wheel/Swing-v0'; expected" in refused.stderr
     assert "Traceback" not in refused.stderr
 
 
 @pytest.mark.long
-def test_it_passes_all_contracts(package: Package) -> None:
+def test_it_passes_all_contracts(package):
     other = "wheel_pendulum:WheelPendulum/HeavySwingUp-v0"
     printed = package.output(*command(CONTRACTS), "--env-id", other, "-q", "-n", "2")
     assert re.search(r"\d\d\d passed", printed), printed

@@ -26,7 +26,7 @@ class Usage(NamedTuple):
     memory: float
 
 
-def usage() -> Usage:
+def usage():
     """Of this process; threads of the system, not only those that Python has started."""
     process = Path("/proc/self")
     status = (process / "status").read_text().split()
@@ -35,7 +35,7 @@ def usage() -> Usage:
     return Usage(threads, len(list((process / "fd").iterdir())), memory)
 
 
-def cycle(k: int) -> None:
+def cycle(k):
     """Environments of one id, single and vector; every other time they are not closed."""
     env_id = IDS[k % len(IDS)]
     batches = actions(env_id, 3, ROWS, seed=k)
@@ -60,7 +60,7 @@ def cycle(k: int) -> None:
         env.close()
 
 
-def after(n_rounds: int) -> Usage:
+def after(n_rounds):
     """What is used after some rounds through a few ids."""
     for _ in range(n_rounds):
         for k in range(0, len(IDS), 5):
@@ -69,7 +69,7 @@ def after(n_rounds: int) -> Usage:
     return usage()
 
 
-def no_more_threads_than(most: int) -> bool:
+def no_more_threads_than(most):
     """Whether no more are left soon: those of a dropped environment end by themselves."""
     end = time.monotonic() + 30.0
     while (found := usage().threads) > most and time.monotonic() < end:
@@ -86,9 +86,7 @@ def no_more_threads_than(most: int) -> bool:
         pytest.param(10_000, 30_000, 1.0, marks=pytest.mark.long),  # about an hour
     ],
 )
-def test_threads_and_files_do_not_grow_and_memory_hardly_does(
-    before: int, n_rounds: int, most: float
-) -> None:
+def test_threads_and_files_do_not_grow_and_memory_hardly_does(before, n_rounds, most):
     first = after(before)  # compiles, and fills caches
     last = after(n_rounds)
     assert no_more_threads_than(first.threads)

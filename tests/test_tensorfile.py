@@ -3,10 +3,7 @@
 import json
 import re
 import time
-from collections.abc import Callable
 from contextlib import nullcontext
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,26 +12,24 @@ import safetensors.numpy
 from rigid_envs.base.files import DamagedFileError, load_tensors, save_tensors, sweep
 from tests.agents.sessions import finish, start_writer
 
-ARRAYS: dict[str, Any] = {
+ARRAYS = {
     "weights": np.arange(12, dtype=np.float32).reshape(3, 4).T,
     "count": np.array(7, dtype=np.uint64),
     "mask": np.array([True, False]),
     "empty": np.zeros((0, 3)),
     "bytes": np.arange(5, dtype=np.uint8),
 }
-DOCUMENT: dict[str, Any] = {"step": 3, "big": 2**200, "third": 1 / 3, "list": [None, True, "é"]}
+DOCUMENT = {"step": 3, "big": 2**200, "third": 1 / 3, "list": [None, True, "é"]}
 
 
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
+def path(tmp_path):
     """Of a good file."""
     save_tensors(tmp_path / "a.safetensors", ARRAYS, DOCUMENT)
     return tmp_path / "a.safetensors"
 
 
-def test_arrays_and_document_come_back_to_the_bit_and_to_the_library_of_the_format(
-    path: Path,
-) -> None:
+def test_arrays_and_document_come_back_to_the_bit_and_to_the_library_of_the_format(path):
     arrays, document = load_tensors(path, 10**6)
     assert document == DOCUMENT
     for found in (arrays, safetensors.numpy.load_file(path)):
@@ -46,14 +41,14 @@ def test_arrays_and_document_come_back_to_the_bit_and_to_the_library_of_the_form
         array[...] = 0
 
 
-def test_equal_content_gives_equal_bytes(tmp_path: Path) -> None:
+def test_equal_content_gives_equal_bytes(tmp_path):
     one, two = tmp_path / "1", tmp_path / "2"
     save_tensors(one, ARRAYS, DOCUMENT)
     save_tensors(two, dict(reversed(ARRAYS.items())), dict(reversed(DOCUMENT.items())))
     assert one.read_bytes() == two.read_bytes()
 
 
-def test_what_the_library_of_the_format_wrote_is_read(path: Path) -> None:
+def test_what_the_library_of_the_format_wrote_is_read(path):
     with safetensors.safe_open(path, "numpy") as file:
         metadata = file.metadata()
     solid = {name: array.copy(order="C") for name, array in ARRAYS.items()}
@@ -64,7 +59,7 @@ def test_what_the_library_of_the_format_wrote_is_read(path: Path) -> None:
         np.testing.assert_array_equal(arrays[name], array)
 
 
-def test_what_the_library_of_the_format_refuses_is_refused(path: Path) -> None:
+def test_what_the_library_of_the_format_refuses_is_refused(path):
     good = path.read_bytes()
     rng = np.random.default_rng(3)
     refused = 0
@@ -82,7 +77,7 @@ def test_what_the_library_of_the_format_refuses_is_refused(path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["flip", "cut", "tail"])
-def test_damage_is_named_or_harmless(path: Path, kind: str) -> None:
+def test_damage_is_named_or_harmless(path, kind):
     good = path.read_bytes()
     rng = np.random.default_rng(0)
     for _ in range(500):
@@ -99,11 +94,11 @@ def test_damage_is_named_or_harmless(path: Path, kind: str) -> None:
             load_tensors(path, 10**6)
 
 
-def header(text: str) -> bytes:
+def header(text):
     return len(text).to_bytes(8, "little") + text.encode()
 
 
-def rewritten(path: Path, change: Callable[[str], str]) -> None:
+def rewritten(path, change):
     """A file with another header before the same numbers."""
     data = path.read_bytes()
     size = int.from_bytes(data[:8], "little")
@@ -129,7 +124,7 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
+def test_a_hostile_file_is_refused_at_once(tmp_path, name):
     path = tmp_path / "hostile"
     path.write_bytes(HOSTILE[name])
     begin = time.process_time()
@@ -139,7 +134,7 @@ def test_a_hostile_file_is_refused_at_once(tmp_path: Path, name: str) -> None:
 
 
 @pytest.mark.parametrize("more", [0, 1])
-def test_a_header_has_at_most_16_mebibytes(path: Path, more: int) -> None:
+def test_a_header_has_at_most_16_mebibytes(path, more):
     rewritten(path, lambda text: text.ljust(2**24 + more))
     with (
         pytest.raises(DamagedFileError, match="16777217; expected at most")
@@ -149,14 +144,14 @@ def test_a_header_has_at_most_16_mebibytes(path: Path, more: int) -> None:
         assert load_tensors(path, 2**25)[1] == DOCUMENT
 
 
-def test_a_header_that_is_longer_than_the_file_is_told_by_its_length(tmp_path: Path) -> None:
+def test_a_header_that_is_longer_than_the_file_is_told_by_its_length(tmp_path):
     (tmp_path / "a.safetensors").write_bytes((3).to_bytes(8, "little") + b"{}")
     with pytest.raises(DamagedFileError, match="header length = 3; expected at most 2 bytes"):
         load_tensors(tmp_path / "a.safetensors", 10**6)
 
 
 @pytest.mark.parametrize("n_axes", [32, 33])
-def test_an_array_has_at_most_32_axes(tmp_path: Path, n_axes: int) -> None:
+def test_an_array_has_at_most_32_axes(tmp_path, n_axes):
     path, array = tmp_path / "a.safetensors", np.ones((1,) * n_axes)
     save_tensors(path, {"a": array}, {})
     with (
@@ -177,7 +172,7 @@ def test_an_array_has_at_most_32_axes(tmp_path: Path, n_axes: int) -> None:
         ('"mask"', '"task"'),
     ],
 )
-def test_shapes_types_and_names_are_part_of_the_checksum(path: Path, old: str, new: str) -> None:
+def test_shapes_types_and_names_are_part_of_the_checksum(path, old, new):
     assert old.encode() in path.read_bytes()
     rewritten(path, lambda text: text.replace(old, new))  # the same numbers, read otherwise
     with pytest.raises(DamagedFileError, match="does not match its checksum"):
@@ -195,9 +190,7 @@ def test_shapes_types_and_names_are_part_of_the_checksum(path: Path, old: str, n
         ([[0, 8], [8, 24]], b"%b%b%b"),
     ],
 )
-def test_arrays_follow_each_other_and_fill_the_file(
-    tmp_path: Path, places: list[list[int]], numbers: bytes
-) -> None:
+def test_arrays_follow_each_other_and_fill_the_file(tmp_path, places, numbers):
     """Also where the checksum is right, as whoever makes a file can compute it."""
     path, value = tmp_path / "a", np.array([0.5])
     save_tensors(path, {"a": value, "b": value}, {})
@@ -212,9 +205,7 @@ def test_arrays_follow_each_other_and_fill_the_file(
 
 @pytest.mark.parametrize("bad", [-1, True, 1.0, "1", None, [1]])
 @pytest.mark.parametrize(("key", "place"), [("shape", 0), ("data_offsets", 0), ("data_offsets", 1)])
-def test_sizes_and_places_of_arrays_are_whole_numbers_from_0(
-    tmp_path: Path, key: str, place: int, bad: Any
-) -> None:
+def test_sizes_and_places_of_arrays_are_whole_numbers_from_0(tmp_path, key, place, bad):
     path, value = tmp_path / "a", np.array([0.5])
     save_tensors(path, {"a": value}, {})
     content = json.loads(path.read_bytes()[8:-8])
@@ -224,7 +215,7 @@ def test_sizes_and_places_of_arrays_are_whole_numbers_from_0(
         load_tensors(path, 10**6)
 
 
-def test_a_number_that_json_does_not_have_is_damage(path: Path) -> None:
+def test_a_number_that_json_does_not_have_is_damage(path):
     whole = path.read_bytes()
     assert b"0.3333333333333333" in whole
     for text in (b"1" + 14 * b"0" + b"e99", b"NaN".rjust(18), b"-Infinity".rjust(18)):
@@ -241,9 +232,7 @@ KILLS = [
 
 
 @pytest.mark.parametrize(("size", "interruptions"), KILLS)
-def test_a_kill_in_the_middle_of_a_write_leaves_a_whole_file(
-    tmp_path: Path, size: int, interruptions: int
-) -> None:
+def test_a_kill_in_the_middle_of_a_write_leaves_a_whole_file(tmp_path, size, interruptions):
     """Writers of one file are killed at random until so many were in the middle of a write."""
     path = tmp_path / "a.safetensors"
     rng = np.random.default_rng(2)

@@ -4,7 +4,6 @@ import copy
 import pickle
 import random
 from functools import cache
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -155,7 +154,7 @@ ROWS = (0, 1, 2, 6, 63, 64, 500, 999)  # the first, and both sides of where a bl
 SIZES = (1, 2, 7, 1000)
 
 
-def play(env: gym.Env, steps: Any) -> list[Any]:
+def play(env, steps):
     """Results of steps; an ended episode is followed by the next."""
     results = []
     for action in steps:
@@ -166,22 +165,22 @@ def play(env: gym.Env, steps: Any) -> list[Any]:
     return results
 
 
-def timed(env_id: str, **config: Any) -> gym.Env:
+def timed(env_id, **config):
     return gym.make(env_id, max_episode_steps=HORIZON, **config)
 
 
 @cache
-def table(env_id: str) -> Any:
+def table(env_id):
     """Actions of a thousand rows."""
     return actions(env_id, N_STEPS, 1000)
 
 
 @cache
-def alone(env_id: str, row: int) -> list[Any]:
+def alone(env_id, row):
     """What a row does as a single environment: (observation, reward, ends, info) of every step."""
     env = timed(env_id, **ending(env_id))
     first, info = env.reset(seed=SEED + row)
-    results: list[Any] = [(first, 0.0, False, False, info)]
+    results = [(first, 0.0, False, False, info)]
     for action in table(env_id)[:, row]:
         if results[-1][2] or results[-1][3]:  # as in NEXT_STEP mode: this action is ignored
             observation, info = env.reset()
@@ -250,7 +249,7 @@ def test_environments_run_by_turns_do_not_disturb_each_other(env_id):
     expected = [quiet.reset(seed=SEED), *play(quiet, table(env_id)[:, 0])]
     env, other = timed(env_id, **ending(env_id)), timed(env_id, **ending(env_id))
     others = vector(env_id, 70, **ending(env_id))
-    results: list[Any] = [env.reset(seed=SEED)]
+    results = [env.reset(seed=SEED)]
     for action in table(env_id)[:, 0]:
         other.reset(seed=1)
         others.reset()

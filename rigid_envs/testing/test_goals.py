@@ -1,7 +1,6 @@
 """Goal environments: a reward computed anew, for any pair of goals, is what a step would pay."""
 
 from dataclasses import fields
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -26,7 +25,7 @@ PARTS = {"observation", "achieved_goal", "desired_goal"}
 goal_ids = pytest.mark.parametrize("env_id", GOALS)
 
 
-def easy(env_id: str) -> dict[str, Any]:
+def easy(env_id):
     """Goals so large that chance reaches them, drawn parameters, and weights with a sign."""
     task = task_of(env_id)
     tolerances = {f.name: 10.0 * getattr(task, f.name) for f in fields(task) if "tol" in f.name}
@@ -34,11 +33,11 @@ def easy(env_id: str) -> dict[str, Any]:
     return {**ranges(env_id), **tolerances, **signed}
 
 
-def goals_of(observation: Any) -> tuple[Any, Any]:
+def goals_of(observation):
     return observation["achieved_goal"], observation["desired_goal"]
 
 
-def computed(env: Any, observation: Any) -> tuple[Any, Any, Any]:
+def computed(env, observation):
     """Reward, terminated and truncated from the goals alone."""
     ways = (env.compute_reward, env.compute_terminated, env.compute_truncated)
     reward, terminated, truncated = (way(*goals_of(observation), {}) for way in ways)

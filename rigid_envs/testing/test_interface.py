@@ -2,7 +2,6 @@
 
 import json
 import warnings
-from collections.abc import Iterator
 from functools import partial
 
 import gymnasium as gym
@@ -74,14 +73,14 @@ def test_repr_names_the_id(env_id):
 
 
 @pytest.fixture(autouse=True)
-def warnings_are_errors() -> Iterator[None]:
+def warnings_are_errors():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         yield
 
 
 @pytest.fixture(autouse=True)
-def windows_do_not_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+def windows_do_not_wait(monkeypatch):
     """Nobody watches: pictures are not shown in real time."""
     show = Window.show
     monkeypatch.setattr(Window, "show", lambda self, picture, _: show(self, picture, 0.0))

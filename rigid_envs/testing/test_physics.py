@@ -1,16 +1,13 @@
 """The physics of each step: laws and limits, symmetries and the reduced frame."""
 
 from functools import cache
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
-from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.symmetry import Point
-from rigid_envs.tasks.task import Rolling, Task
+from rigid_envs.tasks.task import Rolling
 from rigid_envs.testing.environments import (
     ATTITUDES,
     CONTINUOUS,
@@ -355,14 +352,14 @@ INSIDE = 0.58
 
 
 @pytest.fixture
-def task(env_id: str) -> Task:
+def task(env_id):
     """The task, where it declares its symmetry."""
     if task_of(env_id).reduction is None:
         pytest.skip(f"{env_id} declares no reduction")
     return task_of(env_id)
 
 
-def under_way(env_id: str, **config: Any) -> RigidVectorEnv:
+def under_way(env_id, **config):
     """Rows after some steps of random actions, all in the same episode."""
     envs = fresh(vector(env_id, N, autoreset_mode="NextStep", **ranges(env_id), **config), SEED)
     for batch in actions(env_id, STEPS, N, seed=SEED):
@@ -370,7 +367,7 @@ def under_way(env_id: str, **config: Any) -> RigidVectorEnv:
     return envs
 
 
-def point_of(envs: RigidVectorEnv, action: npt.NDArray[Any]) -> Point:
+def point_of(envs, action):
     """States, parameters and an action of all rows."""
     task, state = envs.task, envs.get_state()
     names = task.system_type.parameter_names()
@@ -383,7 +380,7 @@ def point_of(envs: RigidVectorEnv, action: npt.NDArray[Any]) -> Point:
     )
 
 
-def put(envs: RigidVectorEnv, point: Point) -> None:
+def put(envs, point):
     """Set states and parameters of all rows."""
     state = envs.get_state()
     state["y"] = np.stack(point.y, axis=-1)
@@ -394,7 +391,7 @@ def put(envs: RigidVectorEnv, point: Point) -> None:
     envs.set_state(state)
 
 
-def action_of(env_id: str, point: Point) -> npt.NDArray[Any]:
+def action_of(env_id, point):
     """The action of a point, as `step` takes it."""
     columns = np.stack(point.action, axis=-1)
     if env_id in DISCRETE:
@@ -402,12 +399,12 @@ def action_of(env_id: str, point: Point) -> npt.NDArray[Any]:
     return columns.astype(np.float32)
 
 
-def transformed(task: Task, point: Point, rng: np.random.Generator) -> tuple[Point, Any]:
+def transformed(task, point, rng):
     """A point under random elements of all symmetries, and the same change for other points."""
     assert task.reduction is not None
     drawn = [(symmetry, symmetry.draw(rng, N)) for symmetry in task.reduction.symmetries]
 
-    def change(other: Point) -> Point:
+    def change(other):
         for symmetry, element in drawn:
             other = symmetry.apply(other, element)
         return other
@@ -415,7 +412,7 @@ def transformed(task: Task, point: Point, rng: np.random.Generator) -> tuple[Poi
     return change(point), change
 
 
-def assert_same_states(found: Point, expected: Point, task: Task, atol: float) -> None:
+def assert_same_states(found, expected, task, atol):
     """Compare states; q and -q are the same attitude."""
     a, b = np.stack(found.y, axis=-1), np.stack(expected.y, axis=-1)
     if "q" in task.system_type.components:
@@ -425,7 +422,7 @@ def assert_same_states(found: Point, expected: Point, task: Task, atol: float) -
     np.testing.assert_allclose(a, b, rtol=0, atol=scale * atol)
 
 
-def test_a_step_commutes_with_every_symmetry(env_id: str, task: Task) -> None:
+def test_a_step_commutes_with_every_symmetry(env_id, task):
     rng = np.random.default_rng(SEED)
     envs, image = under_way(env_id), under_way(env_id)
     action = actions(env_id, 1, N, seed=5)[0]
@@ -446,7 +443,7 @@ def test_a_step_commutes_with_every_symmetry(env_id: str, task: Task) -> None:
         )
 
 
-def unchanged(a: Any, b: Any) -> npt.NDArray[np.bool_]:
+def unchanged(a, b):
     """Rows whose flags agree."""
     keys = ("is_success", "physics_error")
     same = (a[2] == b[2]) & (a[3] == b[3])
@@ -455,13 +452,13 @@ def unchanged(a: Any, b: Any) -> npt.NDArray[np.bool_]:
     return np.asarray(same)
 
 
-def tolerance(env_id: str) -> float:
+def tolerance(env_id):
     """Discrete actions are exact; others are rounded to float32 after they are turned."""
     return ROUNDING if env_id in DISCRETE else SINGLE
 
 
 @in_full(IDS)
-def test_the_reduced_observation_is_invariant(env_id: str, task: Task) -> None:
+def test_the_reduced_observation_is_invariant(env_id, task):
     envs = under_way(env_id, frame="reduced")
     point = point_of(envs, actions(env_id, 1, N)[0])
     put(envs, point)
@@ -472,14 +469,14 @@ def test_the_reduced_observation_is_invariant(env_id: str, task: Task) -> None:
     np.testing.assert_allclose(after, before, rtol=0, atol=2e-5)
 
 
-def reduced_part(task: Task, envs: RigidVectorEnv) -> npt.NDArray[np.float32]:
+def reduced_part(task, envs):
     """Observations of all rows without the goals, which a symmetry changes."""
-    core: Any = envs
+    core = envs
     return np.array(flat(core._core.observations)[:, 2 * task.n_goal :])
 
 
 @in_full(IDS)
-def test_an_action_in_the_reduced_frame_is_that_of_the_task_turned(env_id: str, task: Task) -> None:
+def test_an_action_in_the_reduced_frame_is_that_of_the_task_turned(env_id, task):
     # the same action from a state and from its image: the images of the same step
     rng = np.random.default_rng(SEED)
     envs, image = under_way(env_id, frame="reduced"), under_way(env_id, frame="reduced")
@@ -500,7 +497,7 @@ def test_an_action_in_the_reduced_frame_is_that_of_the_task_turned(env_id: str, 
 
 
 @in_full(IDS)
-def test_a_reduced_row_is_the_single_environment(env_id: str, task: Task) -> None:
+def test_a_reduced_row_is_the_single_environment(env_id, task):
     settings = {"frame": "reduced", **ranges(env_id)}
     envs, env = vector(env_id, 70, **settings), single(env_id, **settings)
     assert_same_bits(pick(envs.reset(seed=SEED)[0], 69), env.reset(seed=SEED + 69)[0])
@@ -513,12 +510,12 @@ def test_a_reduced_row_is_the_single_environment(env_id: str, task: Task) -> Non
 
 
 @in_full(IDS)
-def test_the_reduced_frame_changes_no_motion(env_id: str, task: Task) -> None:
+def test_the_reduced_frame_changes_no_motion(env_id, task):
     # the same motion, to the bit, as in the frame of the task under the turned actions
     turned, given = under_way(env_id, frame="reduced"), under_way(env_id)
     given.set_state(turned.get_state())
     results = turned.step(actions(env_id, 1, N, seed=5)[0])
-    core: Any = turned
+    core = turned
     last = np.stack([core._core.moment(row).action for row in range(N)])
     columns = Point((), (), {}, task.episode.Action(*last.T))
     images = given.step(action_of(env_id, columns))

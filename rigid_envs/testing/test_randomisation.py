@@ -1,7 +1,5 @@
 """Domain randomisation: parameters drawn at reset, noise and delay between agent and body."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy.stats import kstest
@@ -28,7 +26,7 @@ N = 2000
 PASS = 1e-4  # least p-value; seeds are fixed, so a test that passes goes on passing
 
 
-def drawn(env_id: str, envs: Any) -> dict[str, Any]:
+def drawn(env_id, envs):
     """Physical parameters of every row, by the names that the task gives them."""
     names = {field: name for name, field in task_of(env_id).aliases.items()}
     systems = envs.systems
@@ -206,13 +204,13 @@ def test_the_largest_noise_stays_inside_the_bounds(env_id):
         assert envs.observation_space.contains(envs.step(batch)[0])
 
 
-def acting(envs: Any, batch: Any) -> Any:
+def acting(envs, batch):
     """What acts in a step under a batch of actions: with a delay of one it waits in the history."""
     envs.step(batch)
     return envs.get_state()["history"]
 
 
-def inner(env_id: str, n_steps: int, n_rows: int) -> Any:
+def inner(env_id, n_steps, n_rows):
     """Actions well inside the space."""
     return 0.2 * actions(env_id, n_steps, n_rows)
 

@@ -7,7 +7,6 @@ import fractions
 import math
 import pathlib
 from collections import ChainMap
-from collections.abc import Callable
 from dataclasses import fields
 from typing import Any
 
@@ -21,7 +20,6 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.settings import Choice, Flag, Integer
 from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.tasks.fields import span
-from rigid_envs.tasks.task import Task
 from rigid_envs.testing.environments import (
     FULL,
     IDS,
@@ -43,7 +41,7 @@ NEVER = (None, "1.0", "", {}, {"low": 1}, object(), 1j, (), (1.0,), (1.0, 2.0, 3
 RULES = {(env_id, name): rule for env_id in IDS for name, rule in rules(env_id).items()}
 
 
-def examples(n: int) -> settings:
+def examples(n):
     """N examples, the same in every run; the first compiles what it calls, so none is timed."""
     return settings(
         max_examples=n,
@@ -54,7 +52,7 @@ def examples(n: int) -> settings:
     )
 
 
-def outside(rule: Any) -> st.SearchStrategy[Any]:
+def outside(rule):
     """Values that a rule does not allow."""
     if isinstance(rule, Flag):
         return st.sampled_from([*NEVER, 0, 1, 0.0, "True", [True]])
@@ -73,7 +71,7 @@ def outside(rule: Any) -> st.SearchStrategy[Any]:
     return bad | st.tuples(st.just(low), bad) | st.tuples(bad, st.just(high)) | st.just([high, low])
 
 
-def inside(rule: Any) -> st.SearchStrategy[Any]:
+def inside(rule):
     """Values that a rule allows, numbers over all sizes and the ends among them."""
     if isinstance(rule, Flag):
         return st.booleans()
@@ -89,7 +87,7 @@ def inside(rule: Any) -> st.SearchStrategy[Any]:
     return number | pair | pair.map(tuple)
 
 
-def sized(low: float, high: float) -> st.SearchStrategy[float]:
+def sized(low, high):
     """Numbers in [low, high], uniform in the logarithm of their size."""
     largest = max(abs(low), abs(high))
     least = max(low, 1e-9 * largest)
@@ -99,19 +97,19 @@ def sized(low: float, high: float) -> st.SearchStrategy[float]:
 
 
 @st.composite
-def three_moments(draw: st.DrawFn) -> dict[str, Any]:
+def three_moments(draw):
     """Moments I1 < I2 < I3 <= I1 + I2 of any size, one of them a range."""
     size, a, b = draw(sized(1e-6, 1e5)), draw(st.floats(1.01, 3.0)), draw(st.floats(0.05, 0.95))
     I1, I2 = size, size * a
     I3 = I2 + b * I1
     ranged = draw(st.sampled_from(["I1", "I2", "I3", ""]))
-    config: dict[str, Any] = {"I1": I1, "I2": I2, "I3": I3}
+    config = {"I1": I1, "I2": I2, "I3": I3}
     room = {"I1": (I1, 0.5 * (I1 + I2)), "I2": (I2, 0.5 * (I2 + I3)), "I3": (0.5 * (I2 + I3), I3)}
     return config | {ranged: room[ranged]} if ranged else config
 
 
 @st.composite
-def two_moments(draw: st.DrawFn, across: str) -> dict[str, Any]:
+def two_moments(draw, across):
     """Moments of a body of revolution, that about its axis at most twice that across it."""
     size, slim = draw(sized(1e-6, 1e5)), draw(st.floats(0.1, 1.9))
     wide = draw(st.booleans())
@@ -119,7 +117,7 @@ def two_moments(draw: st.DrawFn, across: str) -> dict[str, Any]:
 
 
 @st.composite
-def weights(draw: st.DrawFn, moments: st.SearchStrategy[dict[str, Any]]) -> dict[str, Any]:
+def weights(draw, moments):
     """Moments, and a weight that sets a moderate rate, not too far out for the moments."""
     config = draw(moments)
     g, share = draw(st.floats(0.1, 100.0)), draw(st.floats(0.01, 1.0))
@@ -129,7 +127,7 @@ def weights(draw: st.DrawFn, moments: st.SearchStrategy[dict[str, Any]]) -> dict
 
 
 @st.composite
-def wheels(draw: st.DrawFn, moments: st.SearchStrategy[dict[str, Any]]) -> dict[str, Any]:
+def wheels(draw, moments):
     """Moments, and a mass and radius that leave no mass beyond the rim."""
     config = draw(moments)
     radius, heft = draw(st.floats(0.1, 10.0)), draw(st.floats(1.0, 3.0))
@@ -139,13 +137,13 @@ def wheels(draw: st.DrawFn, moments: st.SearchStrategy[dict[str, Any]]) -> dict[
 
 
 @st.composite
-def ordered(draw: st.DrawFn, low: str, high: str, rule: Any) -> dict[str, Any]:
+def ordered(draw, low, high, rule):
     """Two ends of a range that are settings of their own."""
     ends = sorted(draw(st.floats(rule.low, min(rule.high, 10.0))) for _ in range(2))
     return dict(zip((low, high), ends, strict=True))
 
 
-def together(env_id: str) -> st.SearchStrategy[dict[str, Any]]:
+def together(env_id):
     """Settings that must fit together."""
     names, parts = rules(env_id), [st.just({})]
     across = "I_perp" if "I_perp" in names else "I1"
@@ -165,7 +163,7 @@ def together(env_id: str) -> st.SearchStrategy[dict[str, Any]]:
 
 
 @st.composite
-def valid(draw: st.DrawFn, env_id: str) -> dict[str, Any]:
+def valid(draw, env_id):
     """Settings that a task must accept, but for the step that its fastest motion asks for."""
     config = draw(together(env_id))
     free = [name for other, name in RULES if other == env_id and name not in config]
@@ -241,13 +239,13 @@ def test_right_values_are_accepted_and_kept(data):
         assert_runs(env_id, config)
 
 
-def assert_names_a_key(env_id: str, message: str) -> None:
+def assert_names_a_key(env_id, message):
     key, _, rest = message.removeprefix("config.").partition(": ")
     assert (env_id, key) in RULES, message
     assert "expected" in rest, message
 
 
-def assert_runs(env_id: str, config: dict[str, Any]) -> None:
+def assert_runs(env_id, config):
     env = single(env_id, **config)
     assert env.observation_space.contains(env.reset(seed=0)[0])
 
@@ -297,7 +295,7 @@ def test_the_least_cost_is_known_from_the_state_alone(env_id):
 
 
 def test_fields_are_documented_with_text_unit_and_rule(env_id):
-    task: Task = task_of(env_id)
+    task = task_of(env_id)
     for field in fields(task):
         rule = field.metadata["rule"]
         assert rule.text
@@ -312,27 +310,27 @@ N = 3
 
 
 class Unprintable:
-    def __repr__(self) -> str:
+    def __repr__(self):
         raise RuntimeError("no repr")
 
 
 class NoArray:
-    def __array__(self, *_: Any, **__: Any) -> Any:
+    def __array__(self, *_, **__):
         raise RuntimeError("no array")
 
 
 class NoMapping(dict[Any, Any]):
-    def items(self) -> Any:
+    def items(self):
         return [(1, 2, 3)]
 
 
-def things() -> list[Any]:
+def things():
     """One of each kind, made anew: some can be used only once."""
     numbers = [7, -1, True, 1.5, np.nan, np.inf, 10**400, -(10**400), 2**63, 2**64, 1j]
     kinds = [np.float64(2.5), np.int8(3), np.uint64(2**64 - 1), np.bool_(True), np.longdouble(1)]
     dates = [np.datetime64("2020-01-01"), datetime.date(2020, 1, 1), np.array([1], dtype="M8[s]")]
     texts = ["text", "7", "", "\u00e9\x00", "a" * 10_000, b"bytes", bytearray(b"x"), "os:path"]
-    folders: list[Any] = [{}, {"a": 1}, {1: 2}, {None: 1}, {"state": None}, NoMapping()]
+    folders = [{}, {"a": 1}, {1: 2}, {None: 1}, {"state": None}, NoMapping()]
     sets = [set(), {1}, frozenset({2}), slice(1), memoryview(b"ab"), range(3), iter([1])]
     rows = [[], [[]], [1, [2, 3]], [None], ["a"], (), (1, 2), (x for x in [1]), [1, 2, True]]
     arrays = [np.array(x) for x in (3, [], [1, 2], ["x"], [None], [1j], [True], [np.nan])]
@@ -350,7 +348,7 @@ def things() -> list[Any]:
 N_THINGS = len(things())
 
 
-def hashable(thing: Any) -> Any:
+def hashable(thing):
     """The thing, as a key; a name that nothing has where it cannot be one."""
     try:
         hash(thing)
@@ -359,7 +357,7 @@ def hashable(thing: Any) -> Any:
     return thing
 
 
-def calls(env: Any) -> dict[str, Callable[[Any], Any]]:
+def calls(env):
     """Everything that takes an argument, by name."""
     component = next(iter(env.task.system_type.components))
     parameter = next(iter(env.task.physical_parameters()), "none")
@@ -380,13 +378,13 @@ def calls(env: Any) -> dict[str, Callable[[Any], Any]]:
     }
 
 
-def generator_of(env: Any) -> Any:
+def generator_of(env):
     """The generator of an environment and its state, None before there is one."""
     generator = env._np_random
     return generator, None if generator is None else generator.bit_generator.state
 
 
-def check_calls(make: Callable[[], Any], chosen: range, begun: bool) -> None:
+def check_calls(make, chosen, begun):
     """Give things to every call: it takes them, or refuses them and changes nothing."""
     env, given = make(), things()
     for name in calls(env):

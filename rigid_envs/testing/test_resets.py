@@ -43,7 +43,7 @@ from rigid_envs.testing.environments import (
 N = 70  # more than one block of rows
 
 
-def states(env_id: str, n: int, **config: Any) -> Any:
+def states(env_id, n, **config):
     """Possible states, shape (n, n_state)."""
     envs = fresh(vector(env_id, n, **config), 1000)
     for batch in actions(env_id, 3, n):
@@ -51,7 +51,7 @@ def states(env_id: str, n: int, **config: Any) -> Any:
     return envs.y
 
 
-def values(env_id: str, share: float | Any) -> dict[str, Any]:
+def values(env_id, share):
     """Parameters at a share of the way through their ranges."""
     return {
         name: np.minimum(low + share * (high - low), high)
@@ -59,7 +59,7 @@ def values(env_id: str, share: float | Any) -> dict[str, Any]:
     }
 
 
-def parameter(env: Any, name: str) -> float:
+def parameter(env, name):
     """A parameter of the episode, by the name that the task gives it."""
     names = {field: name for name, field in env.task.aliases.items()}
     return float(getattr(env.system, names.get(name, name)))
@@ -197,7 +197,7 @@ def test_options_of_the_caller_stay_as_they_are(env_id):
     assert_same_bits([mask, given["state"]], kept)
 
 
-def bad_options(env_id: str) -> dict[str, tuple[Any, str]]:
+def bad_options(env_id):
     """Options that are refused, each with what the message must name."""
     y = states(env_id, 1)[0]
     not_finite = y.copy()
@@ -291,18 +291,18 @@ class Step(NamedTuple):
     after: Any
 
 
-def config_of(env_id: str) -> dict[str, Any]:
+def config_of(env_id):
     return {**EARLY_ENDS.get(env_id, {}), "max_episode_steps": HORIZON}
 
 
 @cache
-def table(env_id: str, n_episodes: int) -> Any:
+def table(env_id, n_episodes):
     """Action of each row at its own k-th step, resets not counted."""
     return actions(env_id, HORIZON * -(-n_episodes // N_ROWS), N_ROWS)
 
 
 @cache
-def alone(env_id: str, n_episodes: int) -> list[list[Step]]:
+def alone(env_id, n_episodes):
     """Steps of every row, as a single environment."""
     rows = []
     env = gym.make(env_id, **config_of(env_id))
@@ -319,21 +319,21 @@ def alone(env_id: str, n_episodes: int) -> list[list[Step]]:
     return rows
 
 
-def assert_told(outputs: Any, row: int, step: Step) -> None:
+def assert_told(outputs, row, step):
     """Reward and ends of a row, each by itself."""
     _, rewards, terminated, truncated, _ = outputs
     told = (rewards[row].item(), terminated[row].item(), truncated[row].item())
     assert_same_bits(told, step[1:4])
 
 
-def senseless(env_id: str, batch: Any) -> Any:
+def senseless(env_id, batch):
     """Other actions, none of which may matter."""
     if env_id in DISCRETE:
         return (batch + 1) % task_of(env_id).n_choices
     return np.full_like(batch, 1e30) * (np.arange(batch.shape[1]) % 2) - 0.123
 
 
-def ends_of(env_id: str) -> Counter[tuple[bool, bool]]:
+def ends_of(env_id):
     """How many episodes were terminated, truncated, both."""
     steps = (step for row in alone(env_id, share(10_000)) for step in row)
     return Counter((step.terminated, step.truncated) for step in steps if step.after)

@@ -1,7 +1,6 @@
 """Actions and observations: what is taken, what is shown, always finite and in the space."""
 
 import datetime
-from collections.abc import Iterator
 from contextlib import suppress
 from functools import lru_cache
 from itertools import product
@@ -9,11 +8,9 @@ from typing import Any, NamedTuple
 
 import gymnasium as gym
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.mechanics import rotations
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
@@ -57,7 +54,7 @@ class Bad(NamedTuple):
     told: str
 
 
-def bad_actions(env_id: str) -> Iterator[Bad]:
+def bad_actions(env_id):
     """Values of every kind that are refused."""
     if n_choices := task_of(env_id).n_choices:
         yield from no_choices(n_choices)
@@ -78,7 +75,7 @@ def bad_actions(env_id: str) -> Iterator[Bad]:
         yield Bad(thing, None, "")
 
 
-def no_choices(n: int) -> Iterator[Bad]:
+def no_choices(n):
     """Integers that are none of n choices, what is no integer, and what has another shape."""
     for number in (-1, n, np.int64(n), np.int8(-1), 10**9, -(2**62), np.uint64(2**63), 2**70):
         yield Bad(number, None, f" = {number};")
@@ -92,7 +89,7 @@ def no_choices(n: int) -> Iterator[Bad]:
         yield Bad(list_, None, f" has shape {np.shape(list_)};")
 
 
-def expected_of(env_id: str) -> str:
+def expected_of(env_id):
     """What a message says of the right kind."""
     n = task_of(env_id).n_choices
     return f"expected an integer from 0 to {n - 1}" if n else ""
@@ -184,7 +181,7 @@ N_STEPS = 100
 SIZES = np.array([1e-45, 1e-40, 1e-30, 1e-8, 0.1, 0.7, 1.5, 1e3, 1e19, 1e30, 3e38])
 
 
-def clipped(batch: npt.NDArray[np.float32], is_round: bool) -> npt.NDArray[np.float32]:
+def clipped(batch, is_round):
     """By its definition, in extended precision; nothing here lies within rounding of the edge."""
     if not is_round:
         return np.clip(batch, np.float32(-1.0), np.float32(1.0))
@@ -193,7 +190,7 @@ def clipped(batch: npt.NDArray[np.float32], is_round: bool) -> npt.NDArray[np.fl
     return np.where(norm > 1.0, exact / np.maximum(norm, 1.0), exact).astype(np.float32)
 
 
-def wild(env_id: str, n_rows: int, rng: np.random.Generator) -> npt.NDArray[np.float32]:
+def wild(env_id, n_rows, rng):
     """Actions from denormals to the largest float32, zeros of both signs among them."""
     shape = (n_rows, n_actions(env_id))
     batch = (rng.uniform(-1.0, 1.0, shape) * rng.choice(SIZES, shape)).astype(np.float32)
@@ -267,11 +264,11 @@ with_attitude = pytest.mark.parametrize("env_id", ATTITUDES)
 
 
 @lru_cache(maxsize=8)
-def observed(env_id: str, rotation: str) -> list[tuple[Any, Any, Any]]:
+def observed(env_id, rotation):
     """Quaternions, observations and rewards at the start and after steps."""
     envs = vector(env_id, N, rotation=rotation)
     q = task_of(env_id).system_type.components["q"]
-    results: list[tuple[Any, Any, Any]] = [(flat(envs.reset(seed=0)[0]), None)]
+    results = [(flat(envs.reset(seed=0)[0]), None)]
     quaternions = [envs.y[:, q]]
     for batch in actions(env_id, 10, N):
         observations, rewards, *_ = envs.step(batch)
@@ -329,7 +326,7 @@ def test_entries_of_the_observation_are_named_with_their_bounds(env_id):
         assert np.isfinite(high).all()
 
 
-def cube(env_id: str) -> Any:
+def cube(env_id):
     """Attitudes of a cube on a table, by both signs of q, as far as they are possible at all.
 
     Every representation is at its worst there: theta = 0 and pi, w = 0, entries of R at 1 and -1.
@@ -364,7 +361,7 @@ CYCLE = 128  # steps after which the prepared actions come again
 WAYS = ("uniform", "bang-bang", "switch", "zero", "one side", "denormal", "resonant", "policy")
 
 
-def prepared(way: str, rng: np.random.Generator, n_rows: int, m: int) -> npt.NDArray[np.float32]:
+def prepared(way, rng, n_rows, m):
     """Numbers in [-1, 1] of one kind, shape (CYCLE, n_rows, m)."""
     shape = (CYCLE, n_rows, m)
     side = rng.choice([-1.0, 1.0], (1, n_rows, m))
@@ -390,7 +387,7 @@ def prepared(way: str, rng: np.random.Generator, n_rows: int, m: int) -> npt.NDA
 class Driver:
     """Acts on rows in all `WAYS` and checks every result."""
 
-    def __init__(self, envs: RigidVectorEnv, seed: int) -> None:
+    def __init__(self, envs, seed):
         rng = np.random.default_rng(seed)
         self.envs, self.n_choices = envs, envs.task.n_choices
         self.low, self.high = bounds(envs.single_observation_space)
@@ -401,19 +398,19 @@ class Driver:
         self.observations = flat(envs.reset(seed=seed)[0])
         self.n_errors, self.n_ended = 0, 0
 
-    def run(self, n_steps: int) -> None:
+    def run(self, n_steps):
         for k in range(n_steps):
             batch = self.actions[k % CYCLE]
             seen, noise = self.observations[self.learners], batch[: self.envs.num_envs // len(WAYS)]
             batch[self.learners] = np.tanh(seen @ self.gain) + noise
             self.check(self.envs.step(self.chosen(batch) if self.n_choices else batch))
 
-    def chosen(self, batch: npt.NDArray[np.float32]) -> npt.NDArray[np.int64]:
+    def chosen(self, batch):
         """The choices whose parts of [-1, 1] hold the numbers."""
         parts = np.floor(0.5 * self.n_choices * (batch[:, 0] + 1.0)).astype(np.int64)
         return np.clip(parts, 0, self.n_choices - 1)
 
-    def check(self, results: Any) -> None:
+    def check(self, results):
         observations, rewards, terminated, truncated, infos = results
         self.observations = flat(observations)
         dtypes = [array.dtype for array in (self.observations, rewards, terminated, truncated)]
@@ -428,7 +425,7 @@ class Driver:
         self.n_ended += np.count_nonzero(terminated)
 
 
-def moderate(env_id: str, rng: np.random.Generator) -> dict[str, Any]:
+def moderate(env_id, rng):
     """Settings within a factor of two of the default ones, some of them ranges, all switches."""
     task, config = task_of(env_id), {}
     for name, rule in rules(env_id).items():
@@ -452,13 +449,13 @@ def moderate(env_id: str, rng: np.random.Generator) -> dict[str, Any]:
     return config | {"observation_noise": (0.0, noise), "action_delay": (0, delay)}
 
 
-def extreme(env_id: str, rng: np.random.Generator) -> dict[str, Any]:
+def extreme(env_id, rng):
     """Two to five settings anywhere in their bounds, over all sizes."""
     barred = set() if env_id in FULL else OF_KERNELS
     numbers = {n: r for n, r in rules(env_id).items() if isinstance(getattr(r, "low", None), float)}
     numbers = {name: rule for name, rule in numbers.items() if name not in barred}
     names = rng.choice(list(numbers), rng.integers(2, 6), replace=False)
-    config: dict[str, Any] = {"n_substeps": 20 * task_of(env_id).n_substeps}
+    config = {"n_substeps": 20 * task_of(env_id).n_substeps}
     for name in names.tolist():
         low, high = numbers[name].low, numbers[name].high
         least = max(low, 1e-12 * high)
@@ -466,7 +463,7 @@ def extreme(env_id: str, rng: np.random.Generator) -> dict[str, Any]:
     return config
 
 
-def accepted(env_id: str, draw: Any, rng: np.random.Generator) -> dict[str, Any]:
+def accepted(env_id, draw, rng):
     """The first of the drawn settings that the task takes."""
     for _ in range(1000):
         config = draw(env_id, rng)

@@ -23,19 +23,19 @@ from tests.benchmarks.targets import MINUTE, SIX_THOUSAND_SECONDS, targets
 from tests.cli.test_bench import FIGURES
 
 
-def test_the_page_of_the_repository_is_that_of_its_data() -> None:
+def test_the_page_of_the_repository_is_that_of_its_data():
     data = json.loads((DOCS / "speed.json").read_text())
     assert (DOCS / "speed.md").read_text() == markdown(data)
 
 
-def test_the_phases_of_a_training_add_up_and_none_is_counted_twice() -> None:
+def test_the_phases_of_a_training_add_up_and_none_is_counted_twice():
     found = ppo_phases.measure("IntermediateAxis", 40_000)
     assert found.timesteps > 0 and sum(found.shares) == pytest.approx(1.0)
     assert min(found.seconds) > 0.0
 
 
 @pytest.mark.long
-def test_curves_on_rows_of_either_kind_are_the_same_and_times_are_positive() -> None:
+def test_curves_on_rows_of_either_kind_are_the_same_and_times_are_positive():
     single, ours, application = found = measure((0,), 5 * 256 * 64)
     assert [kind.name for kind in found] == list(TRAINERS)
     assert single.returns == ours.returns
@@ -45,13 +45,13 @@ def test_curves_on_rows_of_either_kind_are_the_same_and_times_are_positive() -> 
 
 
 @pytest.mark.parametrize(("duration", "limits"), [(60.0, MINUTE), (6000.0, SIX_THOUSAND_SECONDS)])
-def test_free_body_is_as_exact_as_promised(duration: float, limits: dict[str, float]) -> None:
+def test_free_body_is_as_exact_as_promised(duration, limits):
     run = free_run(0.05, duration)
     for name, bound in limits.items():
         assert getattr(run, name) <= bound
 
 
-def test_every_figure_has_its_verdict() -> None:
+def test_every_figure_has_its_verdict():
     verdicts = {target.text: (target.value, target.is_met) for target in targets(FIGURES)}
     free_body, rows = "IntermediateAxis-v0", "CartPole-v1, NumPy"
     assert verdicts[f"{free_body}, single, made, against CartPole-v1"][1]
@@ -71,12 +71,12 @@ class Point(NamedTuple):
 
 
 @scalar
-def half(x: float) -> float:
+def half(x):
     return 0.5 * x
 
 
 @scalar
-def everything(a: Point, b: tuple[float, float], h: float) -> tuple[float, ...]:
+def everything(a, b, h):
     length = sqrt(fma(a.x, a.x, a.y * a.y))  # fma, product, root
     again = math.sqrt(fma(a.x, a.x, a.y * a.y))  # computed before
     ratio = b[0] / length - 0.25 * h * b[1]  # quotient, product, sum: 0.25 * h is of all rows
@@ -84,13 +84,13 @@ def everything(a: Point, b: tuple[float, float], h: float) -> tuple[float, ...]:
     return again, half(select(ratio < 0.0, shifted, 1.0)), max(b[0], h)  # product, three choices
 
 
-def test_every_kind_is_counted() -> None:
+def test_every_kind_is_counted():
     counts = count(everything, Point(3.0, 4.0), (1.0, 2.0), 0.1)
     assert counts == {"sum": 3, "product": 3, "fma": 1, "quotient": 1, "root": 1, "choice": 3}
     assert flops(counts) == 3 + 3 + 2 + 1 + 1
 
 
-def test_the_step_of_the_ball_is_that_of_its_source() -> None:
+def test_the_step_of_the_ball_is_that_of_its_source():
     # step: the rate of rolling takes 2 products, half the turn 3, its square 1, s times it 3, the
     # quaternion 4; fma are 2 in the square, 7 and 8 in the polynomials, 12 in the quaternion, 2 in
     # the position. restore: 1 + 4 products, 3 + 1 fma
@@ -102,7 +102,7 @@ def test_the_step_of_the_ball_is_that_of_its_source() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_period_is_all_of_its_substeps(kind: str) -> None:
+def test_a_period_is_all_of_its_substeps(kind):
     assert of_period("Reorient")[kind] == 2 * of_period("IntermediateAxis")[kind]
 
 
@@ -119,7 +119,7 @@ _GROWTH = {
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
 @pytest.mark.parametrize("system", CASES)
-def test_kernel_and_c_integrate_the_same_equations_to_rounding(system: str) -> None:
+def test_kernel_and_c_integrate_the_same_equations_to_rounding(system):
     case = CASES[system]
     others = [name for name in loops(case) if name != KERNELS]
     assert others
@@ -128,14 +128,14 @@ def test_kernel_and_c_integrate_the_same_equations_to_rounding(system: str) -> N
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="needs gcc")
-def test_every_environment_is_measured() -> None:
+def test_every_environment_is_measured():
     found = limit(rounds=1)
     assert [each.env_id for each in found.periods] == list(IDS)
     assert min(found.per_nanosecond.values()) > 0.0
     assert all(min(each.nanoseconds.values()) > 0.0 for each in found.periods)
 
 
-def test_times_are_those_of_the_operations_and_ratios_are_to_ours() -> None:
+def test_times_are_those_of_the_operations_and_ratios_are_to_ours():
     core = {"fma": 0.25, "sum": 0.5, "quotient": 2.0, "root": 4.0}
     of_core = {kind: np.full(3, time) for kind, time in core.items()}  # [ns]
     row = {KERNELS: 100.0, "C, slower": 400.0, "C, faster": 200.0, "step": 1000.0}
@@ -155,7 +155,7 @@ def test_times_are_those_of_the_operations_and_ratios_are_to_ours() -> None:
     )
 
 
-def test_no_loop_on_the_page_is_faster_than_its_flops_in_multiply_adds() -> None:
+def test_no_loop_on_the_page_is_faster_than_its_flops_in_multiply_adds():
     data = json.loads((DOCS / "speed.json").read_text())
     for each in data["limit"]["periods"]:
         times = each["nanoseconds"]

@@ -2,8 +2,6 @@
 
 import json
 import re
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -30,7 +28,6 @@ from rigid_envs.tools.bench.measuring import (
 )
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.collecting import _speed, as_factor, as_text, as_time
-from tests.fixtures import Capture, Patch
 
 _RUNS = [
     FreeRun(0.05, 60.0, 9e-10, 1e-14, 5e-10, 3e-8),
@@ -58,13 +55,13 @@ KINDS = ["RigidEnvs/IntermediateAxis-v0", "RigidEnvs/Reorient-v0", "RigidEnvs/Ba
 """Numbers as actions, a goal beside the observation, choices as actions."""
 
 
-def test_single_episodes_end_at_their_time_limit() -> None:
+def test_single_episodes_end_at_their_time_limit():
     made, bare, *_ = our_workloads(["RigidEnvs/IntermediateAxis-v0"])
     assert (made.column, bare.column) == ("made", "bare")
     assert made.run(3) == bare.run(3) == 900
 
 
-def test_every_form_of_every_kind_of_environment_is_timed_beside_gymnasium() -> None:
+def test_every_form_of_every_kind_of_environment_is_timed_beside_gymnasium():
     workloads = [*our_workloads(KINDS), *gymnasium_workloads()]
     forms = {(workload.name, workload.column) for workload in workloads}
     for env_id in KINDS:
@@ -75,14 +72,14 @@ def test_every_form_of_every_kind_of_environment_is_timed_beside_gymnasium() -> 
         assert throughput.median > 0.0
 
 
-def test_rows_end_their_episodes_in_turn() -> None:
+def test_rows_end_their_episodes_in_turn():
     envs = staggered("RigidEnvs/IntermediateAxis-v0", 600, 1)
     for _ in range(10):
         *_, truncated, _ = envs.step(np.zeros((600, 3), dtype=np.float32))
         assert np.count_nonzero(truncated) == 2
 
 
-def test_mujoco_gets_the_fewest_substeps_that_reach_our_error() -> None:
+def test_mujoco_gets_the_fewest_substeps_that_reach_our_error():
     pytest.importorskip("mujoco")
     minute, long, euler = mujoco_settings()
     assert minute.errors.energy <= free_run(0.1, 60.0).energy
@@ -92,11 +89,11 @@ def test_mujoco_gets_the_fewest_substeps_that_reach_our_error() -> None:
         assert workload.run(1) == 4096
 
 
-def test_workloads_take_turns_and_their_steps_are_counted() -> None:
+def test_workloads_take_turns_and_their_steps_are_counted():
     turns, now = [], [0.0]
 
-    def workload(name: str, steps: int) -> Workload:
-        def run(times: int) -> int:
+    def workload(name, steps):
+        def run(times):
             turns.append(name)
             now[0] += 1e-3 * times
             return steps * times
@@ -109,7 +106,7 @@ def test_workloads_take_turns_and_their_steps_are_counted() -> None:
     assert fast.ratio(slow) == pytest.approx([10.0] * 5)
 
 
-def test_costs_are_compared_with_the_median_of_the_same_round() -> None:
+def test_costs_are_compared_with_the_median_of_the_same_round():
     found = {cost.name: cost for cost in FIGURES.costs}
     assert list(found) == ["IntermediateAxis-v0", "SleepingTop-v0", "BallPark-v0"]
     assert found["SleepingTop-v0"].ratio == 1.0
@@ -118,7 +115,7 @@ def test_costs_are_compared_with_the_median_of_the_same_round() -> None:
     assert costs(FIGURES.speeds[:3]) == []  # too few
 
 
-def test_ratios_are_of_the_same_round_and_to_the_peers_that_were_measured() -> None:
+def test_ratios_are_of_the_same_round_and_to_the_peers_that_were_measured():
     found = {(r.name, r.form, r.peer): r.median for r in FIGURES.ratios}
     free_body, rows = "IntermediateAxis-v0", "CartPole-v1, NumPy"
     assert found == {
@@ -130,14 +127,14 @@ def test_ratios_are_of_the_same_round_and_to_the_peers_that_were_measured() -> N
     }
 
 
-def test_json_holds_every_sample() -> None:
+def test_json_holds_every_sample():
     document = json.loads(json.dumps(FIGURES.as_json(), allow_nan=False))
     assert document["steps_per_second"][0]["samples"] == [900e3, 1000e3]
     assert document["mujoco"][0]["name"] == "MuJoCo RK4 x 4"
     assert document["ratios"][0]["peer"] == "CartPole-v1"
 
 
-def test_the_report_fits_a_page_and_names_the_peers() -> None:
+def test_the_report_fits_a_page_and_names_the_peers():
     text = as_text(provenance(), FIGURES)
     assert max(map(len, text.splitlines())) <= 100
     assert re.search(r"^IntermediateAxis-v0 +950k", text, re.MULTILINE)
@@ -151,7 +148,7 @@ def test_the_report_fits_a_page_and_names_the_peers() -> None:
     assert "substeps per control period" not in as_text(provenance(), FIGURES._replace(mujoco=()))
 
 
-def test_three_digits_are_shown_and_the_unit_that_they_need() -> None:
+def test_three_digits_are_shown_and_the_unit_that_they_need():
     speeds = [Throughput("", "", [each, each]) for each in (40e3, 999.4e3, 999.6e3, 1.234e6, 12e6)]
     assert [_speed(each).split()[0] for each in speeds] == ["40k", "999k", "1M", "1.23M", "12M"]
     assert [as_time(each) for each in (45.64e-9, 999.9e-9, 1e-6, 1.234e-6)] == [
@@ -165,11 +162,11 @@ def test_three_digits_are_shown_and_the_unit_that_they_need() -> None:
     ("quick", "started"), [([], ["BallPark", "BallGrid"]), (["--quick"], ["BallPark"])]
 )
 def test_start_up_is_measured_of_each_kind_of_task_and_in_a_quick_look_of_the_first(
-    quick: list[str], started: list[str], tmp_path: Path, monkeypatch: Patch
-) -> None:
-    asked: list[Any] = []
+    quick, started, tmp_path, monkeypatch
+):
+    asked = []
 
-    def measured(*given: Any) -> Figures:
+    def measured(*given):
         asked.append(given[:3])
         return FIGURES
 
@@ -185,7 +182,7 @@ def test_start_up_is_measured_of_each_kind_of_task_and_in_a_quick_look_of_the_fi
 
 
 @pytest.mark.long
-def test_everything_is_measured_and_written_down(capsys: Capture, tmp_path: Path) -> None:
+def test_everything_is_measured_and_written_down(capsys, tmp_path):
     file = tmp_path / "bench.json"
     env_id = next(iter(ENVIRONMENTS))
     assert main(["bench", "--quick", "--ids", env_id, "--json", str(file)]) == 0

@@ -9,10 +9,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 import gymnasium
 import pytest
@@ -21,36 +19,34 @@ from gymnasium import spaces
 from rigid_envs.envs.lookup import compile_all, kernels_of, one_of_each
 from rigid_envs.envs.spaces import info_keys
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tasks.task import Task
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.command_line import _parser
 from rigid_envs.tools.pages.document import describe, example
 from rigid_envs.tools.pages.tables import size_of, table
-from tests.fixtures import Capture, Patch
 from tests.programs import printed, python
 
 IDS = list(ENVIRONMENTS)
 
 
-def said(capsys: Capture, *words: str) -> str:
+def said(capsys, *words):
     """What a command that succeeds prints."""
     assert main(words) == 0
     return capsys.readouterr().out
 
 
-def task_of(env_id: str) -> Task:
-    task: Task = gymnasium.make(env_id).unwrapped.task  # type: ignore[attr-defined]
+def task_of(env_id):
+    task = gymnasium.make(env_id).unwrapped.task  # type: ignore[attr-defined]
     return task
 
 
-def section(text: str, title: str) -> str:
+def section(text, title):
     """The lines under a heading, up to the next one."""
     body = re.split(r"\n(?=[^\n]+\n=+\n)", text)
     (found,) = (part for part in body if part.startswith(title))
     return found
 
 
-def test_list_shows_every_id_with_its_summary_limit_and_cost_also_as_json(capsys: Capture) -> None:
+def test_list_shows_every_id_with_its_summary_limit_and_cost_also_as_json(capsys):
     text = said(capsys, "list")
     words = " ".join(text.split())
     for env_id in IDS:
@@ -67,7 +63,7 @@ def test_list_shows_every_id_with_its_summary_limit_and_cost_also_as_json(capsys
     assert limits == [(env_id, gymnasium.spec(env_id).max_episode_steps) for env_id in IDS]
 
 
-def test_size_of_a_space_is_told_in_few_words() -> None:
+def test_size_of_a_space_is_told_in_few_words():
     box = spaces.Box(-1.0, 1.0, (3,))
     assert size_of(box) == "3"
     assert size_of(spaces.Discrete(4)) == "4 choices"
@@ -76,9 +72,7 @@ def test_size_of_a_space_is_told_in_few_words() -> None:
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_description_names_every_entry_term_hyperparameter_and_key_on_100_columns(
-    capsys: Capture, env_id: str
-) -> None:
+def test_description_names_every_entry_term_hyperparameter_and_key_on_100_columns(capsys, env_id):
     text, task = said(capsys, "describe", env_id), task_of(env_id)
     for entry in task.actions():
         assert entry.symbol in section(text, "Action")
@@ -95,13 +89,13 @@ def test_description_names_every_entry_term_hyperparameter_and_key_on_100_column
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_example_of_a_description_runs(capsys: Capture, env_id: str) -> None:
+def test_example_of_a_description_runs(capsys, env_id):
     for config in ({}, {"observe_params": True, "rotation": "none"}):
         exec(example(env_id, config), {})
         assert "is_success" in capsys.readouterr().out
 
 
-def test_description_tells_choices_and_goals() -> None:
+def test_description_tells_choices_and_goals():
     for env_id in IDS:
         text, task = describe(env_id, {}), task_of(env_id)
         assert (f"one of {task.n_choices} choices" in text) == bool(task.n_choices)
@@ -110,7 +104,7 @@ def test_description_tells_choices_and_goals() -> None:
         assert n_rows == len(task.observations()) - task.n_goal  # the two goals are alike
 
 
-def test_description_takes_hyperparameters(capsys: Capture) -> None:
+def test_description_takes_hyperparameters(capsys):
     words = ("--I1", "1,1.4", "--observe_params=true", "--weight_effort", "-0.25")
     text = said(capsys, "describe", "RigidEnvs/IntermediateAxis-v0", *words)
     assert re.search(r"3 +I1 +kg m\^2 +drawn +1 +1\.4", section(text, "Observation"))
@@ -119,16 +113,16 @@ def test_description_takes_hyperparameters(capsys: Capture) -> None:
     assert "'I1': (1, 1.4)" in section(text, "Example")
 
 
-def test_a_missing_verb_is_refused() -> None:
+def test_a_missing_verb_is_refused():
     with pytest.raises(SystemExit, match="2"):
         main([])
 
 
 @pytest.mark.parametrize("env_id", one_of_each())
-def test_a_description_as_json_has_the_entries_of_the_spaces(capsys: Capture, env_id: str) -> None:
+def test_a_description_as_json_has_the_entries_of_the_spaces(capsys, env_id):
     found = json.loads(said(capsys, "describe", env_id, "--json", "--rotation", "quat"))
     env = gymnasium.make(env_id, rotation="quat")
-    space: Any = env.observation_space
+    space = env.observation_space
     space = space["observation"] if found["goal"] else space
     assert len(found["observation"]) == space.shape[0]
     assert found["choices"] == getattr(env.action_space, "n", 0)
@@ -137,14 +131,14 @@ def test_a_description_as_json_has_the_entries_of_the_spaces(capsys: Capture, en
     assert values.keys() == {field.name for field in dataclasses.fields(task_of(env_id))}
 
 
-def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys: Capture, tmp_path: Path) -> None:
+def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys, tmp_path):
     words = "evaluate BallGrid --policy zero --starts 5 --rotation quat --json --out".split()
     row = json.loads(said(capsys, *words, str(tmp_path / "row.json")))
     assert row == json.loads((tmp_path / "row.json").read_text())
     assert len(row["starts"]["success"]) == 5 and row["config"] == {"rotation": "quat"}
 
 
-def arguments_of(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+def arguments_of(parser):
     """All arguments and options of a parser and of its verbs."""
     for action in parser._actions:
         yield action
@@ -153,7 +147,7 @@ def arguments_of(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
                 yield from arguments_of(verb)
 
 
-def test_the_default_of_a_number_is_the_one_that_help_tells() -> None:
+def test_the_default_of_a_number_is_the_one_that_help_tells():
     found = []
     for action in arguments_of(_parser()):
         option, default = action.option_strings[:1], action.default
@@ -166,7 +160,7 @@ def test_the_default_of_a_number_is_the_one_that_help_tells() -> None:
 
 @pytest.mark.long
 @pytest.mark.push
-def test_ctrl_c_ends_a_command_without_a_word() -> None:
+def test_ctrl_c_ends_a_command_without_a_word():
     words = ("evaluate", "BallPark", "--policy", "shortest_path")
     command = [sys.executable, "-m", "rigid_envs.tools.cli", *words]
     # while LLVM compiles an interrupt can be lost: Python ignores what is raised in its callbacks
@@ -186,21 +180,21 @@ def test_ctrl_c_ends_a_command_without_a_word() -> None:
     assert out == "" and "Traceback" not in err
 
 
-def test_lines_fit_a_narrow_terminal(monkeypatch: Patch, capsys: Capture) -> None:
+def test_lines_fit_a_narrow_terminal(monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "60")
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     lengths = [len(line) for line in said(capsys, "list").splitlines()]
     assert 40 < max(lengths) <= 60
 
 
-def test_command_survives_a_reader_that_stops_reading() -> None:
+def test_command_survives_a_reader_that_stops_reading():
     command = f"{sys.executable} -m rigid_envs.tools.cli describe {IDS[0]} | head -1"
     words = ["bash", "-o", "pipefail", "-c", command]
     done = subprocess.run(words, cwd=Path(__file__).parents[2], capture_output=True, text=True)
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, IDS[0], "")
 
 
-def test_nothing_is_left_to_be_written_when_a_command_is_over(monkeypatch: Patch) -> None:
+def test_nothing_is_left_to_be_written_when_a_command_is_over(monkeypatch):
     reading, writing = os.pipe()
     os.close(reading)
     with open(writing, "w") as out:  # a reader that has gone
@@ -208,7 +202,7 @@ def test_nothing_is_left_to_be_written_when_a_command_is_over(monkeypatch: Patch
         assert main(["list"]) == 0
 
 
-def test_long_cells_are_wrapped_and_columns_stay_aligned() -> None:
+def test_long_cells_are_wrapped_and_columns_stay_aligned():
     text = table(("key", "meaning"), [("a", "word " * 30), ("bb", "short")], indent=0, width=40)
     lines = text.splitlines()
     assert max(map(len, lines)) <= 40
@@ -216,7 +210,7 @@ def test_long_cells_are_wrapped_and_columns_stay_aligned() -> None:
     assert all(line[5] != " " for line in lines)
 
 
-def test_what_has_no_blank_is_wrapped_last() -> None:
+def test_what_has_no_blank_is_wrapped_last():
     rows = [("RigidEnvs/IntermediateAxisRandom-v0", "word " * 9)]
     lines = table(("id", "meaning"), rows, indent=0, width=50).splitlines()
     assert max(map(len, lines)) <= 50
@@ -225,7 +219,7 @@ def test_what_has_no_blank_is_wrapped_last() -> None:
     assert max(map(len, narrow)) <= 40
 
 
-def test_one_of_each_has_numbers_choices_and_goals() -> None:
+def test_one_of_each_has_numbers_choices_and_goals():
     chosen = [task_of(env_id) for env_id in one_of_each()]
     kinds = [(bool(task.n_choices), bool(task.n_goal)) for task in chosen]
     assert kinds == [(False, False), (False, True), (True, False)]
@@ -245,7 +239,7 @@ env.step(0)
 
 
 @pytest.mark.long
-def test_later_processes_find_what_was_compiled(tmp_path: Path) -> None:
+def test_later_processes_find_what_was_compiled(tmp_path):
     words = "-m rigid_envs.tools.cli compile BallGrid --frame world --jobs 2"
     command = words.split()
     cache = {"NUMBA_CACHE_DIR": str(tmp_path)}
@@ -256,7 +250,7 @@ def test_later_processes_find_what_was_compiled(tmp_path: Path) -> None:
     assert "0 kernels compiled in " in printed(*command, **cache)
 
 
-def test_both_frames_are_compiled_and_the_rewards_of_goals() -> None:
+def test_both_frames_are_compiled_and_the_rewards_of_goals():
     assert [(dict(kernel.config), kernel.part) for kernel in kernels_of("BallParkGoal")] == [
         (config, part)
         for config in ({}, {"frame": "reduced"})
@@ -270,11 +264,11 @@ def test_both_frames_are_compiled_and_the_rewards_of_goals() -> None:
 
 @pytest.mark.parametrize(("jobs", "started"), [(1, 1), (2, 2), (100, 3)])
 def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels(
-    jobs: int, started: int, monkeypatch: Patch
-) -> None:
-    asked: list[int] = []
+    jobs, started, monkeypatch
+):
+    asked = []
 
-    def pool(count: int, *of_processes: Any) -> ThreadPoolExecutor:
+    def pool(count, *of_processes):
         asked.append(count)
         return ThreadPoolExecutor(count)
 
@@ -286,10 +280,10 @@ def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels
     assert asked == [started]
 
 
-def test_what_was_compiled_and_what_was_there_is_told(monkeypatch: Patch, capsys: Capture) -> None:
-    asked: list[Any] = []
+def test_what_was_compiled_and_what_was_there_is_told(monkeypatch, capsys):
+    asked = []
 
-    def compiled(kernels: list[Any], jobs: int) -> list[tuple[str, bool]]:
+    def compiled(kernels, jobs):
         asked.append(([str(kernel) for kernel in kernels], jobs))
         return [("reset", True), ("step", False), ("reward", True)]
 

@@ -5,9 +5,6 @@ import itertools
 import logging
 import re
 import shlex
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -18,7 +15,6 @@ from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli import words as progress
 from rigid_envs.tools.laws import SUBJECTS
 from tests.cli.test_bench import FIGURES
-from tests.fixtures import Capture, Patch
 from tests.paths import NOT_A_FILE, NOT_A_FOLDER, PATHS
 
 NO_IDS = ("BalPark", "rigidenvs/ballpark-v0", "RigidEnvs/BallPark-v7")
@@ -111,8 +107,8 @@ OPEN = [
 
 @pytest.mark.parametrize("words", FIXED + OPEN, ids=" ".join)
 def test_an_option_that_a_verb_does_not_have_is_refused_before_anything_is_done(
-    tmp_path: Path, monkeypatch: Patch, capsys: Capture, words: list[str]
-) -> None:
+    tmp_path, monkeypatch, capsys, words
+):
     monkeypatch.chdir(tmp_path)
     assert main([*words, "--nonsense", "1"]) == 2
     out, err = capsys.readouterr()
@@ -123,8 +119,8 @@ def test_an_option_that_a_verb_does_not_have_is_refused_before_anything_is_done(
 
 @pytest.mark.parametrize(("words", "message"), REFUSED)
 def test_a_mistake_is_answered_in_one_line_before_anything_is_done(
-    tmp_path: Path, monkeypatch: Patch, capsys: Capture, words: str, message: str
-) -> None:
+    tmp_path, monkeypatch, capsys, words, message
+):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "sets"))
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
@@ -134,7 +130,7 @@ def test_a_mistake_is_answered_in_one_line_before_anything_is_done(
     assert out == "" and not list(tmp_path.rglob("*.*"))
 
 
-def test_all_verbs_are_asked(capsys: Capture) -> None:
+def test_all_verbs_are_asked(capsys):
     with pytest.raises(SystemExit):
         main(["--help"])
     verbs = re.findall(r"^    (\w+)\b", capsys.readouterr().out, re.MULTILINE)
@@ -144,8 +140,8 @@ def test_all_verbs_are_asked(capsys: Capture) -> None:
 @pytest.mark.parametrize("kind", NOT_A_FILE)
 @pytest.mark.parametrize("words", READ, ids=" ".join)
 def test_what_is_not_there_or_not_what_it_should_be_is_named_in_one_line(
-    tmp_path: Path, monkeypatch: Patch, capsys: Capture, words: list[str], kind: str
-) -> None:
+    tmp_path, monkeypatch, capsys, words, kind
+):
     monkeypatch.chdir(tmp_path)
     refuse(PATHS[kind](tmp_path), words, capsys)
     assert not (tmp_path / "out.html").exists()
@@ -153,22 +149,18 @@ def test_what_is_not_there_or_not_what_it_should_be_is_named_in_one_line(
 
 @pytest.mark.parametrize("kind", NOT_A_FOLDER)
 @pytest.mark.parametrize("words", WRITTEN, ids=" ".join)
-def test_what_cannot_be_a_folder_is_named_in_one_line(
-    tmp_path: Path, capsys: Capture, words: list[str], kind: str
-) -> None:
+def test_what_cannot_be_a_folder_is_named_in_one_line(tmp_path, capsys, words, kind):
     refuse(PATHS[kind](tmp_path), words, capsys)
 
 
-def test_a_file_in_the_place_of_a_folder_of_pages_is_a_mistake_of_the_caller(
-    tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_file_in_the_place_of_a_folder_of_pages_is_a_mistake_of_the_caller(tmp_path, capsys):
     (tmp_path / "docs").write_text("mine")
     assert main(["docs", str(tmp_path / "docs"), "--ids", "BallPark"]) == 2
     assert "docs; expected a folder: this is a file" in capsys.readouterr().err
     assert (tmp_path / "docs").read_text() == "mine"
 
 
-def refuse(path: Path, words: list[str], capsys: Capture) -> None:
+def refuse(path, words, capsys):
     """Run a command that must end in one line with the path in it, and change no file there."""
     before = path.read_bytes() if path.is_file() else None
     assert main([word.replace("PATH", str(path)) for word in words]) in (1, 2)
@@ -178,21 +170,21 @@ def refuse(path: Path, words: list[str], capsys: Capture) -> None:
     assert before is None or path.read_bytes() == before
 
 
-def test_the_name_of_a_file_cannot_steer_the_terminal(tmp_path: Path, capsys: Capture) -> None:
+def test_the_name_of_a_file_cannot_steer_the_terminal(tmp_path, capsys):
     (tmp_path / "\x1b[2J\r.json").touch()
     assert main(["leaderboard", str(tmp_path)]) == 2
     assert "\\x1b[2J\\r.json" in capsys.readouterr().err
 
 
 @pytest.fixture
-def clock(monkeypatch: Patch) -> list[float]:
+def clock(monkeypatch):
     now = [0.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
     monkeypatch.setattr(progress, "_pace", progress._Pace())
     return now
 
 
-def test_off_a_terminal_lines_come_ever_more_seldom(clock: list[float], capsys: Capture) -> None:
+def test_off_a_terminal_lines_come_ever_more_seldom(clock, capsys):
     times = []
     for second in range(3600):
         clock[0] = float(second)
@@ -203,18 +195,14 @@ def test_off_a_terminal_lines_come_ever_more_seldom(clock: list[float], capsys: 
     assert gaps == sorted(gaps) and gaps[0] == 10 and gaps[-1] > 300
 
 
-def test_a_quick_command_says_nothing_and_a_cleared_line_neither(
-    clock: list[float], capsys: Capture
-) -> None:
+def test_a_quick_command_says_nothing_and_a_cleared_line_neither(clock, capsys):
     progress.tell("1 of 500")
     clock[0] = 60.0
     progress.tell("")
     assert capsys.readouterr().err == ""
 
 
-def test_on_a_terminal_it_is_one_line(
-    clock: list[float], capsys: Capture, monkeypatch: Patch
-) -> None:
+def test_on_a_terminal_it_is_one_line(clock, capsys, monkeypatch):
     monkeypatch.setattr("sys.stderr.isatty", lambda: True, raising=False)
     progress.tell("1 of 500")
     progress.tell("")
@@ -244,35 +232,35 @@ WORK = {  # of the verbs that tell progress: what does it, and what it gives; No
 class Stream(io.StringIO):
     """One of the streams of a command to a terminal, where what both say stands together."""
 
-    def __init__(self, screen: list[str]) -> None:
+    def __init__(self, screen):
         super().__init__()
         self.screen = screen
 
-    def isatty(self) -> bool:
+    def isatty(self):
         return True
 
-    def write(self, text: str) -> int:
+    def write(self, text):
         self.screen.append(text)
         return super().write(text)
 
-    def lines(self) -> list[str]:
+    def lines(self):
         """What stands on the terminal in the end."""
         return [line.rpartition(CLEAR)[2] for line in "".join(self.screen).split("\n")]
 
 
-def streams(monkeypatch: Patch) -> tuple[Stream, Stream]:
+def streams(monkeypatch):
     """Those of output and of errors, from here on."""
-    screen: list[str] = []
+    screen = []
     out, err = Stream(screen), Stream(screen)
     monkeypatch.setattr("sys.stdout", out)
     monkeypatch.setattr("sys.stderr", err)
     return out, err
 
 
-def told(result: Any) -> Callable[..., Any]:
+def told(result):
     """Work that tells progress wherever it can, and gives a result or an error."""
 
-    def work(*args: Any, **more: Any) -> Any:
+    def work(*args, **more):
         for each in (*args, *more.values()):
             if callable(each):
                 each("half way")
@@ -285,8 +273,8 @@ def told(result: Any) -> Callable[..., Any]:
 
 @pytest.mark.parametrize("words", WORK)
 def test_on_a_terminal_nothing_stands_behind_the_progress_and_in_the_end_it_is_gone(
-    tmp_path: Path, monkeypatch: Patch, words: str
-) -> None:
+    tmp_path, monkeypatch, words
+):
     monkeypatch.chdir(tmp_path)
     evaluate("BallGrid", "zero", n=1).save("row.json")
     if work := WORK[words]:
@@ -297,9 +285,7 @@ def test_on_a_terminal_nothing_stands_behind_the_progress_and_in_the_end_it_is_g
     assert err.lines() == out.getvalue().split("\n")
 
 
-def test_what_is_logged_has_a_line_of_its_own_on_the_stream_of_the_moment(
-    monkeypatch: Patch,
-) -> None:
+def test_what_is_logged_has_a_line_of_its_own_on_the_stream_of_the_moment(monkeypatch):
     log = logging.getLogger("rigid_envs.engine")
     with progress.messages():
         _, err = streams(monkeypatch)
@@ -314,9 +300,7 @@ def test_what_is_logged_has_a_line_of_its_own_on_the_stream_of_the_moment(
 @pytest.mark.parametrize(
     ("error", "status"), [(ValueError("bad"), 2), (OSError("bad"), 1), (KeyboardInterrupt(), 130)]
 )
-def test_what_ends_a_command_has_a_status_and_a_line_of_its_own(
-    monkeypatch: Patch, error: BaseException, status: int
-) -> None:
+def test_what_ends_a_command_has_a_status_and_a_line_of_its_own(monkeypatch, error, status):
     monkeypatch.setattr("rigid_envs.tools.laws.check_all", told(error))
     _, err = streams(monkeypatch)
     assert main(["verify", "upright_coin"]) == status
@@ -324,7 +308,7 @@ def test_what_ends_a_command_has_a_status_and_a_line_of_its_own(
     assert "\n".join(err.lines()) == ("rigid-envs: bad\n" if error.args else "")
 
 
-def test_ctrl_c_ends_a_command_that_has_not_begun_yet(monkeypatch: Patch) -> None:
+def test_ctrl_c_ends_a_command_that_has_not_begun_yet(monkeypatch):
     monkeypatch.setattr("rigid_envs.tools.cli.command_line.run", told(KeyboardInterrupt()))
     _, err = streams(monkeypatch)
     assert main(["list"]) == 130

@@ -4,10 +4,7 @@ import hashlib
 import json
 import math
 import shutil
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -16,53 +13,52 @@ from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.mechanics.laws import Outcome, Subject
 from rigid_envs.scores import evaluation as published
 from rigid_envs.scores import trained as loading
-from rigid_envs.scores.records import Record, write_record
+from rigid_envs.scores.records import write_record
 from rigid_envs.scores.trained import FOLDER, read_policy, write_policy
 from rigid_envs.tools import laws
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.laws import SUBJECTS, Verdict, verify
-from tests.fixtures import Capture, Patch
 
 LAWS = [law for subject in SUBJECTS.values() for law in subject.laws]
 
 
 @pytest.fixture
-def found() -> Verdict:
+def found():
     """As if all laws had been checked."""
     outcomes = [Outcome(law, 0.5 * law.bound, 0.1) for law in LAWS]
     return Verdict(provenance(), outcomes, 1.0)
 
 
 @pytest.fixture
-def planted(monkeypatch: Patch) -> Subject:
+def planted(monkeypatch):
     """A subject of its own, in the place of all others."""
     subject = Subject("planted", "what a test has written down")
     monkeypatch.setattr(laws, "SUBJECTS", {"planted": subject})
     return subject
 
 
-def plant(subject: Subject, measure: object, bound: float = 1.0) -> None:
+def plant(subject, measure, bound=1.0):
     """Write down a law of that name."""
     subject.law("one with another", bound=bound, why="it has to be something")(measure)
 
 
-def good() -> float:
+def good():
     return 0.5
 
 
-def bad() -> float:
+def bad():
     return 2.0
 
 
-def no_number() -> float:
+def no_number():
     return math.nan
 
 
-def broken() -> float:
+def broken():
     raise ZeroDivisionError("nothing to divide by")
 
 
-def test_the_table_shows_every_law_on_a_page_of_100_columns(found: Verdict) -> None:
+def test_the_table_shows_every_law_on_a_page_of_100_columns(found):
     text = found.as_text()
     assert text.startswith(heading(provenance()).partition("\n")[0])
     assert max(map(len, text.splitlines())) <= 100
@@ -72,7 +68,7 @@ def test_the_table_shows_every_law_on_a_page_of_100_columns(found: Verdict) -> N
     assert f"All {len(LAWS)} laws hold" in text
 
 
-def test_json_has_every_law_with_its_error_bound_and_reason(found: Verdict) -> None:
+def test_json_has_every_law_with_its_error_bound_and_reason(found):
     document = json.loads(json.dumps(found.as_json(), allow_nan=False))
     assert document["holds"] is True
     assert [(row["subject"], row["name"]) for row in document["laws"]] == [
@@ -84,15 +80,13 @@ def test_json_has_every_law_with_its_error_bound_and_reason(found: Verdict) -> N
     assert {"versions", "kernel_hash", "cpu"} <= set(document["provenance"])
 
 
-def test_json_alone_is_all_that_is_printed(planted: Subject, capsys: Capture) -> None:
+def test_json_alone_is_all_that_is_printed(planted, capsys):
     plant(planted, good)
     assert main(["verify", "planted", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["laws"][0]["error"] == 0.5
 
 
-def test_json_goes_into_a_file_beside_the_table(
-    planted: Subject, capsys: Capture, tmp_path: Path
-) -> None:
+def test_json_goes_into_a_file_beside_the_table(planted, capsys, tmp_path):
     plant(planted, bad)
     file = tmp_path / "laws.json"
     assert main(["verify", "--json", str(file)]) == 1
@@ -108,9 +102,7 @@ def test_json_goes_into_a_file_beside_the_table(
         (broken, "FAILS: planted: broken. ZeroDivisionError: nothing to divide by"),
     ],
 )
-def test_a_law_that_fails_fails_the_run_and_says_why(
-    planted: Subject, capsys: Capture, measure: object, complaint: str
-) -> None:
+def test_a_law_that_fails_fails_the_run_and_says_why(planted, capsys, measure, complaint):
     plant(planted, measure)
     plant(planted, good)
     assert main(["verify"]) == 1
@@ -121,20 +113,20 @@ def test_a_law_that_fails_fails_the_run_and_says_why(
 
 
 @pytest.mark.parametrize(("length", "cut"), [(299, ""), (300, ""), (301, " ...")])
-def test_a_long_message_is_cut(length: int, cut: str) -> None:
+def test_a_long_message_is_cut(length, cut):
     said = ("of all words " * 30)[:length]
     text = Verdict(provenance(), [Outcome(LAWS[0], math.nan, 0.0, said)], 0.0).as_text()
     start = f"FAILS: {LAWS[0].subject}: {LAWS[0].name}. "
     assert f"{start}{said[:300].strip()}{cut} 1 of 1 laws FAIL" in " ".join(text.split())
 
 
-def test_an_error_that_is_no_number_is_null_in_json(planted: Subject) -> None:
+def test_an_error_that_is_no_number_is_null_in_json(planted):
     plant(planted, no_number)
     (row,) = verify().as_json()["laws"]
     assert (row["error"], row["holds"]) == (None, False)
 
 
-def test_subjects_can_be_chosen(capsys: Capture) -> None:
+def test_subjects_can_be_chosen(capsys):
     assert main(["verify", "upright_coin", "upright_coin", "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert {row["subject"] for row in document["laws"]} == {"upright_coin"}
@@ -146,7 +138,7 @@ N = 6  # starts: the first of the published ones
 
 
 @pytest.fixture
-def shelf(tmp_path: Path, monkeypatch: Patch) -> Path:
+def shelf(tmp_path, monkeypatch):
     """A folder in the place of that of the published policies, with two, each of a few starts."""
     for name in NAMES:
         shutil.copy(FOLDER / f"{name}.safetensors", tmp_path)
@@ -164,16 +156,16 @@ def shelf(tmp_path: Path, monkeypatch: Patch) -> Path:
     return tmp_path
 
 
-def rewritten(change: Callable[[Record], Record]) -> Callable[[Path], None]:
+def rewritten(change):
     """A change of the record of the first policy."""
 
-    def act(folder: Path) -> None:
+    def act(folder):
         write_record(folder / f"{NAMES[0]}.json", change(published.published_record(NAMES[0])))
 
     return act
 
 
-def one_other_weight(folder: Path) -> None:
+def one_other_weight(folder):
     """By its last bit."""
     file = folder / f"{NAMES[0]}.safetensors"
     document, arrays = read_policy(file)
@@ -182,23 +174,23 @@ def one_other_weight(folder: Path) -> None:
     write_policy(file, document, arrays)
 
 
-def other_cost(record: Record) -> Record:
+def other_cost(record):
     costs = record.costs.copy()
     costs[-1] = np.nextafter(costs[-1], 0.0)
     return replace(record, costs=costs)
 
 
-def other_success(record: Record) -> Record:
+def other_success(record):
     won = record.successes.copy()
     won[2] ^= True
     return replace(record, successes=won)
 
 
-def other_file(record: Record) -> Record:
+def other_file(record):
     return replace(record, policy_sha256=hashlib.sha256(b"another").hexdigest())
 
 
-CHANGES: dict[str, tuple[Callable[[Path], None], str]] = {
+CHANGES = {
     "one weight": (one_other_weight, "the record is of another file"),
     "the last digit of a cost": (rewritten(other_cost), "path: 1 of 6 starts differ"),
     "one success": (rewritten(other_success), "success: 1 of 6 starts differ, start 2 first"),
@@ -206,13 +198,13 @@ CHANGES: dict[str, tuple[Callable[[Path], None], str]] = {
 }
 
 
-def rows(out: str) -> dict[str, str]:
+def rows(out):
     """The verdict on each policy."""
     lines = [line.split() for line in out.splitlines() if line.split()[:1]]
     return {words[0]: words[-1] for words in lines if words[0] in NAMES}
 
 
-def test_what_is_as_it_was_published_holds(shelf: Path, capsys: Capture) -> None:
+def test_what_is_as_it_was_published_holds(shelf, capsys):
     assert main(["verify", "--policies"]) == 0
     out = capsys.readouterr().out
     assert rows(out) == dict.fromkeys(NAMES, "holds") and "FAILS" not in out
@@ -223,8 +215,8 @@ def test_what_is_as_it_was_published_holds(shelf: Path, capsys: Capture) -> None
 @pytest.mark.parametrize("what", CHANGES)
 @pytest.mark.parametrize("order", [1, -1])
 def test_one_difference_fails_its_policy_and_the_command_and_no_other_policy(
-    shelf: Path, capsys: Capture, what: str, order: int
-) -> None:
+    shelf, capsys, what, order
+):
     change, said = CHANGES[what]
     change(shelf)
     assert main(["verify", "--policies", *NAMES[::order]]) == 1
@@ -236,9 +228,7 @@ def test_one_difference_fails_its_policy_and_the_command_and_no_other_policy(
     assert main(["verify", "--policies", NAMES[1]]) == 0
 
 
-def test_from_other_starts_the_rate_of_success_is_compared_and_the_file_too(
-    shelf: Path, capsys: Capture
-) -> None:
+def test_from_other_starts_the_rate_of_success_is_compared_and_the_file_too(shelf, capsys):
     words = ["verify", "--policies", NAMES[0], "--seed", "7"]
     rewritten(other_cost)(shelf)  # that of the published starts says nothing here
     assert main(words) == 0
@@ -253,7 +243,7 @@ def test_from_other_starts_the_rate_of_success_is_compared_and_the_file_too(
     assert f"FAILS: {NAMES[0]}: the record is of another file" in capsys.readouterr().out
 
 
-WHERE: dict[str, Any] = {
+WHERE = {
     "versions": {"rigid-envs": "1.2", "numpy": "2.0"},
     "cpu": "Some CPU",
     "cores": 2,
@@ -275,9 +265,7 @@ WHERE: dict[str, Any] = {
     ],
     ids=str,
 )
-def test_a_heading_says_load_and_commit_where_they_are_known(
-    known: dict[str, Any], said: str
-) -> None:
+def test_a_heading_says_load_and_commit_where_they_are_known(known, said):
     first, second = heading(WHERE | known).splitlines()
     assert first == "rigid-envs 1.2, numpy 2.0"
     assert second == f"Some CPU, 2 cores{said}; kernels abc; 2026-01-01"

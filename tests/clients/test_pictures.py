@@ -1,9 +1,6 @@
 """Tools of others show every id, unmodified: films, windows, keys."""
 
 import warnings
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -15,7 +12,6 @@ from stable_baselines3.common.vec_env import VecVideoRecorder
 
 from rigid_envs import sb3
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from tests.fixtures import Patch
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 pygame = pytest.importorskip("pygame")
@@ -31,24 +27,24 @@ pytestmark = [
     pytest.mark.long,
     pytest.mark.filterwarnings("ignore:.*Overwriting existing videos:UserWarning"),
 ]
-SMALL: dict[str, Any] = {"render_mode": "rgb_array", "width": 64, "height": 64}
+SMALL = {"render_mode": "rgb_array", "width": 64, "height": 64}
 
 
 @pytest.fixture(autouse=True)
-def no_display(monkeypatch: Patch) -> Iterator[None]:
+def no_display(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     yield
     pygame.quit()
 
 
-def read(path: Path) -> tuple[dict[str, Any], int]:
+def read(path):
     """What ffmpeg says of a film, and its number of pictures."""
     reader = imageio_ffmpeg.read_frames(str(path))
     meta = next(reader)
     return meta, sum(1 for _ in reader)
 
 
-def steps(env: Any, n: int, seed: int = 0) -> None:
+def steps(env, n, seed=0):
     env.reset(seed=seed)
     env.action_space.seed(seed)
     for _ in range(n):
@@ -56,7 +52,7 @@ def steps(env: Any, n: int, seed: int = 0) -> None:
 
 
 @pytest.mark.parametrize("env_id", EACH)
-def test_record_video_films_an_id_in_real_time(env_id: str, tmp_path: Path) -> None:
+def test_record_video_films_an_id_in_real_time(env_id, tmp_path):
     env = RecordVideo(gym.make(env_id, **SMALL), str(tmp_path), disable_logger=True)
     steps(env, 6)
     fps = env.metadata["render_fps"]
@@ -70,10 +66,10 @@ def test_record_video_films_an_id_in_real_time(env_id: str, tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("env_id", EACH)
-def test_render_collection_collects_a_picture_of_each_moment(env_id: str) -> None:
+def test_render_collection_collects_a_picture_of_each_moment(env_id):
     env = RenderCollection(gym.make(env_id, **SMALL))
     steps(env, 4)
-    pictures: Any = env.render()
+    pictures = env.render()
     assert len(pictures) == 5
     assert all(picture.shape == (64, 64, 3) for picture in pictures)
     assert all(picture.dtype == np.uint8 for picture in pictures)
@@ -83,11 +79,9 @@ def test_render_collection_collects_a_picture_of_each_moment(env_id: str) -> Non
 
 @pytest.mark.parametrize("env_id", EACH)
 @pytest.mark.parametrize("wrapped", [False, True])
-def test_an_id_shows_itself_in_a_window_and_so_does_human_rendering(
-    env_id: str, wrapped: bool
-) -> None:
+def test_an_id_shows_itself_in_a_window_and_so_does_human_rendering(env_id, wrapped):
     if wrapped:
-        env: Any = HumanRendering(gym.make(env_id, **SMALL))
+        env = HumanRendering(gym.make(env_id, **SMALL))
     else:
         env = gym.make(env_id, **SMALL | {"render_mode": "human"})
     steps(env, 1)
@@ -97,7 +91,7 @@ def test_an_id_shows_itself_in_a_window_and_so_does_human_rendering(
     assert wrapped or not pygame.display.get_init()
 
 
-def test_films_of_a_policy_in_training_by_an_episode_trigger(tmp_path: Path) -> None:
+def test_films_of_a_policy_in_training_by_an_episode_trigger(tmp_path):
     env = RecordVideo(
         gym.make(PARK, max_episode_steps=5, **SMALL),
         str(tmp_path),
@@ -115,8 +109,8 @@ def test_films_of_a_policy_in_training_by_an_episode_trigger(tmp_path: Path) -> 
 
 
 @pytest.mark.push
-def test_the_vector_wrapper_films_our_native_rows(tmp_path: Path) -> None:
-    envs: Any = gym.make_vec(PARK, num_envs=3, vectorization_mode="vector_entry_point", **SMALL)
+def test_the_vector_wrapper_films_our_native_rows(tmp_path):
+    envs = gym.make_vec(PARK, num_envs=3, vectorization_mode="vector_entry_point", **SMALL)
     filmed = VectorRecordVideo(envs, str(tmp_path), video_length=4, disable_logger=True)
     steps(filmed, 6)
     filmed.close()
@@ -125,16 +119,16 @@ def test_the_vector_wrapper_films_our_native_rows(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("mode", ["sync", "async"])
-def test_gymnasiums_vectors_of_single_environments_render(mode: Any) -> None:
+def test_gymnasiums_vectors_of_single_environments_render(mode):
     envs = gym.make_vec(PARK, num_envs=2, vectorization_mode=mode, **SMALL)
     envs.reset(seed=0)
-    pictures: Any = envs.render()
+    pictures = envs.render()
     assert len(pictures) == 2 and pictures[0].shape == (64, 64, 3)
     assert not np.array_equal(*pictures)
     envs.close()
 
 
-def keys_to_action(env: Any) -> dict[str, Any]:
+def keys_to_action(env):
     """The mapping that a user would write: one key for each side of each entry."""
     space = env.action_space
     if isinstance(space, gym.spaces.Discrete):
@@ -150,20 +144,20 @@ def keys_to_action(env: Any) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("env_id", EACH)
-def test_gymnasiums_play_steers_an_id(env_id: str, monkeypatch: Patch) -> None:
+def test_gymnasiums_play_steers_an_id(env_id, monkeypatch):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # it asks for a backend of matplotlib as it is imported
         from gymnasium.utils import play as utils
 
-    env: Any = gym.make(env_id, **SMALL)
+    env = gym.make(env_id, **SMALL)
     mapping = keys_to_action(env)
     noop = 0 if env.unwrapped.task.n_choices else np.zeros(env.action_space.shape, np.float32)
-    taken: list[Any] = []
+    taken = []
 
-    def post(kind: int, key: str) -> None:
+    def post(kind, key):
         pygame.event.post(pygame.event.Event(kind, key=ord(key)))
 
-    def callback(_before: Any, _after: Any, action: Any, *_rest: Any) -> None:
+    def callback(_before, _after, action, *_rest):
         taken.append(action)
         if len(taken) == 1:
             post(pygame.KEYDOWN, "d")
@@ -178,8 +172,8 @@ def test_gymnasiums_play_steers_an_id(env_id: str, monkeypatch: Patch) -> None:
 
 
 @pytest.mark.parametrize("env_id", EACH)
-def test_stable_baselines3_films_its_rows_and_our_adapter(env_id: str, tmp_path: Path) -> None:
-    theirs: Any = make_vec_env(env_id, n_envs=2, seed=0, env_kwargs={"width": 64, "height": 64})
+def test_stable_baselines3_films_its_rows_and_our_adapter(env_id, tmp_path):
+    theirs = make_vec_env(env_id, n_envs=2, seed=0, env_kwargs={"width": 64, "height": 64})
     assert theirs.render_mode == "rgb_array"
     for name, venv in (("theirs", theirs), ("ours", sb3.make_vec_env(env_id, 2, **SMALL))):
         recorder = VecVideoRecorder(

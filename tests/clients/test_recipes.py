@@ -3,7 +3,6 @@
 import hashlib
 import json
 import warnings
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import DISCRETE, GOALS
 from tests.clients import rows
 from tests.clients.__main__ import DATA, main
-from tests.clients.rows import Row, markdown
+from tests.clients.rows import markdown
 from tests.clients.running import ROOT, run
 from tests.clients.wrapping import (
     LEFT_OUT,
@@ -30,7 +29,6 @@ from tests.clients.wrapping import (
     wrapped,
     wrapped_rows,
 )
-from tests.fixtures import Patch
 
 HERE = Path(__file__).parent
 CLEANRL = {
@@ -51,12 +49,12 @@ AT_A_PUSH = ("sb3_her", "cleanrl_ppo", "torchrl_envs")
         for row in rows.ROWS
     ],
 )
-def test_a_program_of_others_runs_its_recipe(row: Row) -> None:
+def test_a_program_of_others_runs_its_recipe(row):
     assert run(row)["result"]
 
 
 @pytest.mark.long
-def test_the_command_runs_what_is_named_and_writes_its_row(tmp_path: Path) -> None:
+def test_the_command_runs_what_is_named_and_writes_its_row(tmp_path):
     assert main(["sb3_published", "--out", str(tmp_path)]) == 0
     found, before = (json.loads(path.read_text()) for path in (tmp_path / DATA.name, DATA))
     assert found.keys() == before.keys()
@@ -66,13 +64,13 @@ def test_the_command_runs_what_is_named_and_writes_its_row(tmp_path: Path) -> No
         main(["nothing"])
 
 
-def test_every_recipe_is_a_row_and_every_environment_has_a_use() -> None:
+def test_every_recipe_is_a_row_and_every_environment_has_a_use():
     assert {row.recipe for row in rows.ROWS} == {path.stem for path in (HERE / "recipes").iterdir()}
     needed = {row.environment for row in rows.ROWS if row.environment}
     assert needed == {path.stem for path in (HERE / "requirements").iterdir()}
 
 
-def test_the_page_is_that_of_the_data_and_every_recipe_is_short() -> None:
+def test_the_page_is_that_of_the_data_and_every_recipe_is_short():
     data = json.loads(DATA.read_text())
     mend = "write it anew: python -m tests.clients"
     assert list(data) == [row.recipe for row in rows.ROWS], mend
@@ -81,12 +79,12 @@ def test_the_page_is_that_of_the_data_and_every_recipe_is_short() -> None:
 
 
 @pytest.mark.parametrize("name", CLEANRL)
-def test_scripts_of_cleanrl_are_unmodified(name: str) -> None:
+def test_scripts_of_cleanrl_are_unmodified(name):
     data = (HERE / "cleanrl" / name).read_bytes()
     assert hashlib.sha1(b"blob %d\0" % len(data) + data).hexdigest() == CLEANRL[name]
 
 
-def test_recipes_are_scripts_that_anybody_could_have_written() -> None:
+def test_recipes_are_scripts_that_anybody_could_have_written():
     for path in (HERE / "recipes").iterdir():
         text = path.read_text()
         assert len(text.splitlines()) <= 55, path.name
@@ -102,7 +100,7 @@ quiet = pytest.mark.filterwarnings("ignore:.*render_mode.*:UserWarning")
 
 @quiet
 @pytest.mark.parametrize("env_id", IDS)
-def test_stable_baselines3_makes_rows_of_an_id(env_id: str) -> None:
+def test_stable_baselines3_makes_rows_of_an_id(env_id):
     venv = make_vec_env(env_id, n_envs=2, seed=0)
     venv.reset()
     for _ in range(3):
@@ -112,7 +110,7 @@ def test_stable_baselines3_makes_rows_of_an_id(env_id: str) -> None:
 
 @quiet
 @pytest.mark.parametrize("env_id", IDS)
-def test_stable_baselines3_trains_on_an_id(env_id: str) -> None:
+def test_stable_baselines3_trains_on_an_id(env_id):
     policy = "MultiInputPolicy" if env_id in GOALS else "MlpPolicy"
     model = PPO(policy, env_id, n_steps=16, batch_size=16, n_epochs=1, device="cpu")
     model.learn(16)
@@ -121,13 +119,13 @@ def test_stable_baselines3_trains_on_an_id(env_id: str) -> None:
 
 @quiet
 @pytest.mark.parametrize("env_id", DISCRETE)
-def test_dqn_trains_on_an_id(env_id: str) -> None:
+def test_dqn_trains_on_an_id(env_id):
     DQN("MlpPolicy", env_id, learning_starts=4, device="cpu").learn(8)
 
 
 @quiet
 @pytest.mark.parametrize("env_id", ["RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTop-v0"])
-def test_sac_trains_on_an_id(env_id: str) -> None:
+def test_sac_trains_on_an_id(env_id):
     SAC("MlpPolicy", env_id, learning_starts=4, device="cpu").learn(8)
 
 
@@ -135,14 +133,14 @@ THREE = ("RigidEnvs/BallPark-v0", "RigidEnvs/BallParkGoal-v0", "RigidEnvs/BallGr
 
 
 @pytest.fixture
-def no_display(monkeypatch: Patch) -> Iterator[None]:
+def no_display(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of wrappers, on what they convert
         yield
 
 
-def cases(table: object) -> list[object]:
+def cases(table):
     """Wrappers by name; those of pictures need the extra `render`, and take seconds."""
     long = [pytest.mark.long]
     return [pytest.param(name, marks=long if name in PICTURES else []) for name in table]  # type: ignore[attr-defined]
@@ -150,7 +148,7 @@ def cases(table: object) -> list[object]:
 
 @pytest.mark.usefixtures("no_display")
 @pytest.mark.parametrize("name", cases(SINGLE))
-def test_a_wrapper_takes_single_environments(name: str) -> None:
+def test_a_wrapper_takes_single_environments(name):
     for env_id in THREE:
         if fits(name, env_id):
             env = wrapped(name, env_id)
@@ -160,7 +158,7 @@ def test_a_wrapper_takes_single_environments(name: str) -> None:
 
 @pytest.mark.usefixtures("no_display")
 @pytest.mark.parametrize("name", cases(ROWS))
-def test_a_wrapper_takes_native_rows(name: str) -> None:
+def test_a_wrapper_takes_native_rows(name):
     for env_id in THREE:
         if fits(name, env_id):
             envs = wrapped_rows(name, env_id)
@@ -168,12 +166,12 @@ def test_a_wrapper_takes_native_rows(name: str) -> None:
             envs.close()
 
 
-def test_there_is_no_wrapper_that_is_neither_taken_nor_for_others() -> None:
+def test_there_is_no_wrapper_that_is_neither_taken_nor_for_others():
     assert set(wrappers.__all__) == SINGLE.keys() | LEFT_OUT.keys()
     assert set(vector.__all__) == ROWS.keys() | LEFT_OUT_OF_ROWS.keys()
 
 
-def test_each_wrapper_fits_two_ids_or_more_unless_it_is_for_goals() -> None:
+def test_each_wrapper_fits_two_ids_or_more_unless_it_is_for_goals():
     for name in {*SINGLE, *ROWS}:
         n = sum(fits(name, env_id) for env_id in THREE)
         assert n >= 2 or name == "FilterObservation", name

@@ -12,7 +12,7 @@ pytestmark = pytest.mark.long
 
 
 @pytest.mark.parametrize("env_id", tuple(ENVIRONMENTS))
-def test_torchrl_opens_an_id(env_id: str) -> None:
+def test_torchrl_opens_an_id(env_id):
     from torchrl.envs import GymEnv
 
     env = GymEnv(env_id)

@@ -4,7 +4,6 @@ import importlib
 import inspect
 import pkgutil
 from dataclasses import fields, is_dataclass, replace
-from typing import Any
 
 import pytest
 
@@ -70,14 +69,14 @@ NUMBERS = [
     NUMBERS,
     ids=lambda each: each if isinstance(each, str) else type(each).__name__,
 )
-def test_a_controller_refuses_what_is_no_number_by_its_name(controller: Any, name: str) -> None:
+def test_a_controller_refuses_what_is_no_number_by_its_name(controller, name):
     zero = [] if f"{type(controller).__name__}.{name}" in MAY_BE_ZERO else [0.0]
     for bad in [*NO_SCALARS, -1.0, *zero]:
         text = refusal(replace, controller, **{name: bad})
         assert text.startswith(f"{name} = "), text
 
 
-def test_every_controller_with_numbers_is_tried() -> None:
+def test_every_controller_with_numbers_is_tried():
     rooms = [
         control,
         *(

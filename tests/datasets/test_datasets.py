@@ -7,7 +7,6 @@ import sys
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import h5py
 import minari
@@ -21,7 +20,6 @@ from rigid_envs.scores.trained import FOLDER
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools import datasets
 from rigid_envs.tools.cli import main
-from tests.fixtures import Capture, Patch
 from tests.page_code import run_page
 
 DRAWN = "--radius 0.8,1.2 --observe_params true --observation_noise 0.01 --action_delay 2"
@@ -29,15 +27,15 @@ PARK = "rigid-envs/BallPark/three_rolls-v0"
 
 
 @pytest.fixture(autouse=True)
-def root(tmp_path: Path, monkeypatch: Patch) -> Path:
+def root(tmp_path, monkeypatch):
     """The folder of all data sets."""
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "sets"))
     return tmp_path / "sets"
 
 
-def everything(name: str) -> dict[str, Any]:
+def everything(name):
     """All numbers of a data set, by place."""
-    found: dict[str, Any] = {}
+    found = {}
     place = Path(minari.load_dataset(name).spec.data_path) / "main_data.hdf5"
     with h5py.File(place) as file:
         file.visititems(
@@ -58,9 +56,7 @@ def everything(name: str) -> dict[str, Any]:
         (f"BallPark --policy random {DRAWN}", "BallPark/random"),
     ],
 )
-def test_what_is_written_loads_and_plays_again_to_the_bit(
-    words: str, name: str, capsys: Capture
-) -> None:
+def test_what_is_written_loads_and_plays_again_to_the_bit(words, name, capsys):
     assert main(["dataset", *words.split(), "--episodes", "4", "--seed", "3"]) == 0
     name = f"rigid-envs/{name}-v0"
     told = f"written: {name}\nto play it again: rigid-envs dataset --check {name}\n"
@@ -82,7 +78,7 @@ def test_what_is_written_loads_and_plays_again_to_the_bit(
     )
 
 
-def test_one_changed_bit_is_found_and_named(capsys: Capture) -> None:
+def test_one_changed_bit_is_found_and_named(capsys):
     name = datasets.write("BallPark", "three_rolls", 3)
     place = Path(minari.load_dataset(name).spec.data_path) / "main_data.hdf5"
     for key, message in (
@@ -102,7 +98,7 @@ def test_one_changed_bit_is_found_and_named(capsys: Capture) -> None:
     assert not datasets.check(name).differences
 
 
-def test_kernels_that_have_changed_are_named_where_something_differs(root: Path) -> None:
+def test_kernels_that_have_changed_are_named_where_something_differs(root):
     name = datasets.write("BallPark", "three_rolls", 1)
     file = root / name / "data/metadata.json"
     about = json.loads(file.read_text())
@@ -115,10 +111,8 @@ def test_kernels_that_have_changed_are_named_where_something_differs(root: Path)
     assert kernels.startswith("written with kernels other; these: ")
 
 
-def test_nothing_is_left_open_or_said_or_changed_in_the_process(
-    tmp_path: Path, monkeypatch: Patch, recwarn: pytest.WarningsRecorder
-) -> None:
-    closed: list[type] = []
+def test_nothing_is_left_open_or_said_or_changed_in_the_process(tmp_path, monkeypatch, recwarn):
+    closed = []
     for kind in (RigidEnv, RigidVectorEnv):
         monkeypatch.setattr(kind, "close", lambda env, **_: closed.append(type(env)))
     monkeypatch.setattr(datasets, "_ROWS", 2)
@@ -127,9 +121,9 @@ def test_nothing_is_left_open_or_said_or_changed_in_the_process(
             monkeypatch.delenv("MINARI_DATASETS_PATH")
         else:
             monkeypatch.setenv("MINARI_DATASETS_PATH", before)
-        told: list[str] = []
+        told = []
         closed.clear()
-        options: Any = {"folder": tmp_path / str(before), "tell": told.append}
+        options = {"folder": tmp_path / str(before), "tell": told.append}
         name = datasets.write("BallGrid", "random", 5, **options)
         assert told == [f"{k} of 5 episodes" for k in (0, 2, 4)]
         assert not datasets.check(name, options["folder"]).differences
@@ -138,7 +132,7 @@ def test_nothing_is_left_open_or_said_or_changed_in_the_process(
     assert not [each for each in recwarn if each.category is UserWarning]
 
 
-def test_provenance_says_how_it_came_about() -> None:
+def test_provenance_says_how_it_came_about():
     file = FOLDER / "BallReorient-v0.safetensors"
     settings = {"radius": (0.8, 1.2)}
     name = datasets.write("BallReorient", str(file), 2, seed=5, name="mine/a-v3", config=settings)
@@ -157,12 +151,10 @@ def test_provenance_says_how_it_came_about() -> None:
         np.testing.assert_array_equal(values, before[key])
 
 
-def test_the_command_and_the_function_write_the_same_by_default(
-    root: Path, monkeypatch: Patch
-) -> None:
-    written: list[Any] = []
+def test_the_command_and_the_function_write_the_same_by_default(root, monkeypatch):
+    written = []
 
-    def fill(name: str, env_id: str, _: Any, seeds: list[int], origin: Any, __: Any) -> None:
+    def fill(name, env_id, _, seeds, origin, __):
         (Path(os.environ["MINARI_DATASETS_PATH"]) / name / "data").mkdir(parents=True)
         written.append((name, env_id, seeds, origin))
 
@@ -175,16 +167,14 @@ def test_the_command_and_the_function_write_the_same_by_default(
     assert first == again and len(first[2]) == 100 and first[3]["seed"] == 0
 
 
-def test_starts_are_none_of_the_evaluation_and_all_differ() -> None:
+def test_starts_are_none_of_the_evaluation_and_all_differ():
     found = everything(datasets.write("Detumble", "random", 40, seed=314159))
     seeds = [int(value) for key, value in found.items() if key.endswith("/seed")]
     assert len(set(seeds)) == 40 and not set(seeds) & set(evaluation_seeds())
 
 
 @pytest.mark.parametrize("policy", ["riccati", "random", "Detumble"])
-def test_how_many_are_played_together_makes_no_difference_but_to_what_is_drawn(
-    policy: str, monkeypatch: Patch
-) -> None:
+def test_how_many_are_played_together_makes_no_difference_but_to_what_is_drawn(policy, monkeypatch):
     whole = everything(datasets.write("Detumble", policy, 7, name="whole-v0"))
     monkeypatch.setattr(datasets, "_ROWS", 3)
     parts = everything(datasets.write("Detumble", policy, 7, name="parts-v0"))
@@ -198,7 +188,7 @@ def test_how_many_are_played_together_makes_no_difference_but_to_what_is_drawn(
     assert not datasets.check("parts-v0").differences
 
 
-def test_scores_are_between_the_random_policy_and_the_reference() -> None:
+def test_scores_are_between_the_random_policy_and_the_reference():
     mean = {}
     for policy in ("random", "riccati"):
         dataset = minari.load_dataset(datasets.write("Detumble", policy, 200))
@@ -212,7 +202,7 @@ def test_scores_are_between_the_random_policy_and_the_reference() -> None:
         assert dataset.storage.metadata[key] == known.policies[policy]["return_mean"]
 
 
-def test_there_are_scores_of_the_task_that_is_known_alone(monkeypatch: Patch) -> None:
+def test_there_are_scores_of_the_task_that_is_known_alone(monkeypatch):
     env_id = "RigidEnvs/Detumble-v0"
     known = datasets._scores(env_id, {})
     assert known["ref_min_score"] < known["ref_max_score"]
@@ -227,9 +217,7 @@ def test_there_are_scores_of_the_task_that_is_known_alone(monkeypatch: Patch) ->
     assert datasets._scores(env_id, {}) == {}
 
 
-def test_another_folder_is_used_for_this_one_only(
-    root: Path, tmp_path: Path, capsys: Capture
-) -> None:
+def test_another_folder_is_used_for_this_one_only(root, tmp_path, capsys):
     out = tmp_path / "elsewhere"
     words = ["dataset", "Detumble", "--policy", "random", "--episodes", "2", "--out", str(out)]
     assert main(words) == 0
@@ -242,14 +230,14 @@ def test_another_folder_is_used_for_this_one_only(
 @pytest.mark.parametrize("overwrite", [False, True])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, OSError(28, "No space left on device")])
 def test_what_is_stopped_leaves_nothing_and_what_was_there_stays(
-    overwrite: bool, error: Any, root: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+    overwrite, error, root, monkeypatch, capsys
+):
     name = datasets.write("Detumble", "riccati", 3)
     before, files = everything(name), sorted(root.rglob("*"))
     monkeypatch.setattr(datasets, "_ROWS", 2)
     calls, collect = [], datasets.collect
 
-    def stopped(*arguments: Any) -> Any:
+    def stopped(*arguments):
         calls.append(arguments)
         if len(calls) == 2:
             raise error
@@ -268,9 +256,7 @@ def test_what_is_stopped_leaves_nothing_and_what_was_there_stays(
 @pytest.mark.parametrize(
     ("settings", "said"), [({"task": "trap:Code"}, "config.task: unknown key"), (3, "not iterable")]
 )
-def test_code_that_a_data_set_names_is_not_run(
-    settings: Any, said: str, root: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_code_that_a_data_set_names_is_not_run(settings, said, root, monkeypatch, capsys):
     (root.parent / "trap.py").write_text("raise SystemExit('run')")
     monkeypatch.syspath_prepend(root.parent)
     file = root / datasets.write("Detumble", "random", 1) / "data/metadata.json"
@@ -286,7 +272,7 @@ def test_code_that_a_data_set_names_is_not_run(
     assert said in capsys.readouterr().err and "trap" not in sys.modules
 
 
-def test_one_that_is_there_or_not_there_is_refused(root: Path, capsys: Capture) -> None:
+def test_one_that_is_there_or_not_there_is_refused(root, capsys):
     assert main(["dataset", "--check", "none/there-v0"]) == 1
     assert "none/there-v0 not found" in capsys.readouterr().err
     name = datasets.write("Detumble", "random", 2)
@@ -302,16 +288,14 @@ def test_one_that_is_there_or_not_there_is_refused(root: Path, capsys: Capture) 
 
 
 @pytest.mark.parametrize("module", ["minari", "h5py", "PIL"])
-def test_without_minari_the_extra_is_named(
-    module: str, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_without_minari_the_extra_is_named(module, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, module, None)
     assert main(["dataset", "BallPark", "--policy", "random"]) == 1
     told = capsys.readouterr().err
     assert 'pip install "rigid-envs[dataset]"' in told and len(told.splitlines()) == 1
 
 
-def test_the_page_runs(root: Path) -> None:
+def test_the_page_runs(root):
     names = run_page("datasets.md")
     assert names["parked"].total_episodes == 20
     assert names["score"].mean() == pytest.approx(1.0, abs=0.3)

@@ -4,7 +4,6 @@ import importlib
 import pickle
 import re
 from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -15,7 +14,6 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tasks.task import Task
 from rigid_envs.testing.environments import OWN as IDS
 from rigid_envs.testing.environments import fresh
 from rigid_envs.tools.pages.writing import with_tables
@@ -59,7 +57,7 @@ env.step(env.action_space.sample())
     [STEP, "import rigid_envs.tools.cli.command_line", "import agents.cli.command_line"],
     ids=["step", "rigid-envs", "agents"],
 )
-def test_a_step_and_a_command_import_only_what_they_take(code: str) -> None:
+def test_a_step_and_a_command_import_only_what_they_take(code):
     slow = {"scipy.optimize", "scipy.integrate", "scipy.interpolate", "torch", "matplotlib", "PIL"}
     told = f"{code}\nimport sys\nprint(*{slow | {'panda3d'}} & set(sys.modules))"
     assert printed("-c", told) == "\n"
@@ -183,7 +181,7 @@ class NoReduction(BallPark):
     reduction = None
 
 
-def test_the_examples_of_the_page_run(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_examples_of_the_page_run(capsys):
     blocks = re.findall(r"```python\n(.+?)```", PAGE.read_text(), flags=re.DOTALL)
     for block in blocks:
         exec(block, {})
@@ -192,14 +190,14 @@ def test_the_examples_of_the_page_run(capsys: pytest.CaptureFixture[str]) -> Non
     assert told.startswith("False\nTrue\nturn about the vertical")
 
 
-def test_the_table_of_groups_is_that_of_the_tasks() -> None:
+def test_the_table_of_groups_is_that_of_the_tasks():
     text = PAGE.read_text()
     assert text == with_tables(text), (
         "write it anew: python -m rigid_envs.tools.pages docs/symmetry.md"
     )
 
 
-def test_rotation_has_no_effect_in_the_reduced_frame() -> None:
+def test_rotation_has_no_effect_in_the_reduced_frame():
     spaces = {
         str(gym.make(PARK, frame="reduced", rotation=shown).observation_space)
         for shown in ("matrix", "quat", "none")
@@ -207,11 +205,11 @@ def test_rotation_has_no_effect_in_the_reduced_frame() -> None:
     assert len(spaces) == 1
 
 
-def test_delayed_actions_go_on_in_the_other_frame() -> None:
+def test_delayed_actions_go_on_in_the_other_frame():
     # the history of actions is that of the task, whatever is shown
     shown = ({}, {"frame": "reduced"}, {"rotation": "quat"})
     worlds = [gym.make(PARK, action_delay=2, **settings).unwrapped for settings in shown]
-    first: Any = worlds[0]
+    first = worlds[0]
     for env in worlds:
         env.reset(seed=1)
     for _ in range(3):
@@ -220,21 +218,21 @@ def test_delayed_actions_go_on_in_the_other_frame() -> None:
     rest = np.zeros(2, dtype=np.float32)
     first.step(rest)
     for env in worlds[1:]:
-        other: Any = env
+        other = env
         other.set_state(state)
         other.step(rest)
         for name, part in first.get_state().items():
             np.testing.assert_array_equal(other.get_state()[name], part)
 
 
-def test_a_task_without_symmetries_refuses_the_reduced_frame() -> None:
-    task: Task = NoReduction()
+def test_a_task_without_symmetries_refuses_the_reduced_frame():
+    task = NoReduction()
     assert task.frame == "world"
     with pytest.raises(ConfigError, match=r"config\.frame: .*NoReduction has no reduction"):
         NoReduction(frame="reduced")
 
 
-def test_an_environment_in_the_reduced_frame_pickles() -> None:
+def test_an_environment_in_the_reduced_frame_pickles():
     env = fresh(gym.make(PARK, frame="reduced").unwrapped)
     copy = pickle.loads(pickle.dumps(env))
     action = np.array([0.3, 0.4], dtype=np.float32)

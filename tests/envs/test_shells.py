@@ -345,7 +345,7 @@ def test_a_seed_is_that_of_the_generator_as_gymnasium_has_it(env_id):
         assert envs.np_random.random() == drawn
 
 
-def test_call_gives_a_value_for_each_row_as_vectors_of_single_environments_do() -> None:
+def test_call_gives_a_value_for_each_row_as_vectors_of_single_environments_do():
     envs = fresh(rows(IDS[0], num_envs=3))
     with warnings.catch_warnings(record=True):  # there is no render_mode
         warnings.simplefilter("always")
@@ -366,13 +366,13 @@ QUICK = ("RigidEnvs/Reorient-v0", "RigidEnvs/BallGrid-v0")
 class Hostile:
     """An object all of whose own code fails."""
 
-    def _fail(self, *_: Any) -> Any:
+    def _fail(self, *_):
         raise RuntimeError
 
     __repr__ = __eq__ = __hash__ = __bool__ = __index__ = __float__ = __array__ = _fail
 
 
-VALUES: list[Any] = [
+VALUES = [
     *(None, True, "", "left", "\ud800", b"x", bytearray(b"x"), 1j, object(), object, len, ...),
     *([], [None], [[1], [1, 2]], [Hostile()], (), {}, {1: 2}, {"q": Hostile()}, set(), {1}),
     *(-1, 8, 10**400, -(2**63), 0.5, 1e300, float("nan"), float("inf"), np.int8(-1)),
@@ -382,7 +382,7 @@ VALUES: list[Any] = [
 Calls = Iterator[tuple[str, Callable[[Any], object]]]
 
 
-def of_both(env: Any, make: Callable[..., Any]) -> Calls:
+def of_both(env, make):
     """Methods and arguments that single and vector environments share."""
     state = env.get_state()
     for name in ("render_mode", "width", "height", "camera", "dt", "rotation", "action_delay"):
@@ -403,14 +403,14 @@ def of_both(env: Any, make: Callable[..., Any]) -> Calls:
         yield "goal", lambda v: env.compute_reward(goal, v, {})
 
 
-def of_one(env_id: str) -> Calls:
+def of_one(env_id):
     """Those of a single environment."""
     env = fresh(single(env_id))
     task = env.spec.kwargs["task"]  # Gymnasium's own `make` fails on most types of render_mode
     yield from of_both(env, lambda **settings: type(env)(task, **settings))
 
 
-def of_rows(env_id: str) -> Calls:
+def of_rows(env_id):
     """Those of a vector environment."""
     envs = fresh(vector(env_id, 2))
     task = envs.spec.kwargs["task"]
@@ -422,7 +422,7 @@ def of_rows(env_id: str) -> Calls:
     yield "attribute", envs.call
 
 
-def of_adapter(env_id: str) -> Calls:
+def of_adapter(env_id):
     """Those of the adapter for Stable-Baselines3."""
     envs = GymnasiumVecEnv(vector(env_id, 2, autoreset_mode="SameStep"))
     envs.reset()

@@ -1,10 +1,8 @@
 """Pictures of episodes show them in real time, side by side, in a film or in a window."""
 
 import re
-from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,22 +10,18 @@ import pytest
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores.policies import untrained_policy
-from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tasks.task import Task
 from rigid_envs.watch.drawing import Drawing, Look
 from rigid_envs.watch.films import (
-    Played,
     episode_pictures,
     labelled,
     pictures_per_second,
     play_episode,
 )
 from rigid_envs.watch.pictures import show
-from rigid_envs.watch.replays.replay import PastEpisode, moment_at
-from tests.fixtures import Patch
+from rigid_envs.watch.replays.replay import moment_at
 
-pygame: Any = pytest.importorskip("pygame")
+pygame = pytest.importorskip("pygame")
 pytest.importorskip("panda3d")
 pytest.importorskip("PIL")
 
@@ -36,16 +30,16 @@ SMALL = Look(width=96, height=96)
 
 
 @cache
-def played(env_id: str, name: str = "reference") -> Played:
+def played(env_id, name="reference"):
     policy = untrained_policy(env_id, name)
     return play_episode(policy, env_id, 7, label=policy.name)
 
 
-def pictures(found: Sequence[Played], **options: Any) -> list[Any]:
+def pictures(found, **options):
     return list(episode_pictures([(f.task, f.episode) for f in found], SMALL, **options))
 
 
-def test_a_film_lasts_as_long_as_the_longest_episode_and_its_end_stays() -> None:
+def test_a_film_lasts_as_long_as_the_longest_episode_and_its_end_stays():
     found = [played(PARK), played(PARK, "random")]
     fps = pictures_per_second(found[0].task)
     shown = pictures(found, hold=0.5)
@@ -55,23 +49,23 @@ def test_a_film_lasts_as_long_as_the_longest_episode_and_its_end_stays() -> None
     assert all(np.array_equal(shown[-1], picture) for picture in shown[-15:])
 
 
-def test_players_of_the_same_seed_have_the_same_start() -> None:
+def test_players_of_the_same_seed_have_the_same_start():
     one, other = played(PARK).episode, played(PARK, "random").episode
     assert np.array_equal(one.y[0], other.y[0])
     assert not np.array_equal(one.y[1], other.y[1])
 
 
-def test_speed_and_rate_change_the_number_of_pictures() -> None:
+def test_speed_and_rate_change_the_number_of_pictures():
     found = [played(PARK)]
     steps = len(found[0].episode)
     assert len(pictures(found, fps=10.0, hold=0.0)) == steps + 1
     assert len(pictures(found, fps=10.0, speed=0.5, hold=0.0)) == 2 * steps + 1
 
 
-def test_pictures_are_of_the_times_at_which_they_are_shown(monkeypatch: Patch) -> None:
-    times: list[float] = []
+def test_pictures_are_of_the_times_at_which_they_are_shown(monkeypatch):
+    times = []
 
-    def noted(task: Task, episode: PastEpisode, time: float) -> Moment:
+    def noted(task, episode, time):
         times.append(time)
         return moment_at(task, episode, time)
 
@@ -84,7 +78,7 @@ def test_pictures_are_of_the_times_at_which_they_are_shown(monkeypatch: Patch) -
         assert times[-2] < len(found.episode) * found.task.dt <= times[-1] + 1e-9
 
 
-def test_pictures_of_two_episodes_are_side_by_side_under_their_labels() -> None:
+def test_pictures_of_two_episodes_are_side_by_side_under_their_labels():
     found = [played(PARK), played(PARK, "random")]
     alone, both = pictures(found[:1], hold=0.0)[0], pictures(found, hold=0.0)[0]
     height, width, _ = alone.shape
@@ -93,7 +87,7 @@ def test_pictures_of_two_episodes_are_side_by_side_under_their_labels() -> None:
     assert np.array_equal(both[:, : width - 1], alone[:, : width - 1])
 
 
-def test_no_labels_take_no_room_and_long_ones_are_cut() -> None:
+def test_no_labels_take_no_room_and_long_ones_are_cut():
     picture = np.zeros((96, 96, 3), np.uint8)
     assert labelled([picture], [""]).shape == (96, 96, 3)
     one, other = (labelled([picture], [text]) for text in ("x" * 100, "x" * 200))
@@ -106,14 +100,14 @@ def test_no_labels_take_no_room_and_long_ones_are_cut() -> None:
     assert narrow.shape[1] == 8
 
 
-def test_a_line_stands_between_neighbours_and_nowhere_else() -> None:
+def test_a_line_stands_between_neighbours_and_nowhere_else():
     picture = np.zeros((8, 8, 3), np.uint8)
     for n, lines in ((1, []), (2, [8]), (9, [8, 16])):
         page = labelled([picture] * n, [""] * n)
         assert np.flatnonzero(page.any(axis=(0, 2))).tolist() == lines
 
 
-def test_control_periods_are_met_exactly() -> None:
+def test_control_periods_are_met_exactly():
     found = played(PARK)
     for k in range(len(found.episode) + 1):
         moment = moment_at(found.task, found.episode, 0.1 * k)
@@ -123,7 +117,7 @@ def test_control_periods_are_met_exactly() -> None:
 
 
 @pytest.mark.parametrize("env_id", [PARK, GRID])
-def test_between_steps_a_ball_rolls_without_slipping(env_id: str) -> None:
+def test_between_steps_a_ball_rolls_without_slipping(env_id):
     found = played(env_id)
     episode, dt = found.episode, found.task.dt
     radius = episode.parameters["radius"]
@@ -135,7 +129,7 @@ def test_between_steps_a_ball_rolls_without_slipping(env_id: str) -> None:
 
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
-def test_attitudes_between_steps_have_unit_length(env_id: str) -> None:
+def test_attitudes_between_steps_have_unit_length(env_id):
     found = played(env_id, "zero")
     moment = moment_at(found.task, found.episode, 0.37 * found.task.dt)
     part = found.task.system_type.components.get("q")
@@ -147,13 +141,13 @@ def test_attitudes_between_steps_have_unit_length(env_id: str) -> None:
             assert np.linalg.norm([moment.aux[name] for name in names]) == pytest.approx(1.0)
 
 
-def test_a_caption_says_who_and_how_well() -> None:
+def test_a_caption_says_who_and_how_well():
     assert played(PARK).captioned()[1].label.startswith("shortest_path: path ")
     assert played(PARK).captioned()[1].label.endswith(" m")
     assert played(PARK, "zero").captioned()[1].label == "zero: no success"
 
 
-def test_episodes_of_several_tasks_share_a_film() -> None:
+def test_episodes_of_several_tasks_share_a_film():
     found = [played(PARK), played("RigidEnvs/SleepingTop-v0", "zero")]
     tasks = [each.task for each in found]
     assert pictures_per_second(*tasks) == pictures_per_second(tasks[1]) == 40.0
@@ -161,8 +155,8 @@ def test_episodes_of_several_tasks_share_a_film() -> None:
     assert len(pictures(found, fps=5.0, hold=0.0)) == round(seconds * 5.0) + 1
 
 
-def test_what_draws_is_closed_also_if_no_more_pictures_are_taken(monkeypatch: Patch) -> None:
-    closed: list[Drawing] = []
+def test_what_draws_is_closed_also_if_no_more_pictures_are_taken(monkeypatch):
+    closed = []
     close = Drawing.close
     monkeypatch.setattr(Drawing, "close", lambda each: (closed.append(each), close(each)))
     found = played(PARK, "zero")
@@ -173,27 +167,27 @@ def test_what_draws_is_closed_also_if_no_more_pictures_are_taken(monkeypatch: Pa
     assert len(set(closed)) == 2
 
 
-def test_what_is_no_setting_of_the_task_is_not_played() -> None:
+def test_what_is_no_setting_of_the_task_is_not_played():
     policy = untrained_policy(PARK, "zero")
     for name in ("num_envs", "max_episode_steps", "radii"):
         with pytest.raises(ConfigError, match=f"^config.{name}: unknown key"):
             play_episode(policy, PARK, 7, {name: 2})
 
 
-def test_nothing_to_show_and_numbers_that_cannot_be_are_refused() -> None:
+def test_nothing_to_show_and_numbers_that_cannot_be_are_refused():
     with pytest.raises(ValueError, match=r"episodes = \(\); expected at least one"):
         next(episode_pictures([]))
     found = played(PARK)
     for name, bad in (("fps", (0.0, -1.0)), ("speed", (0.0, -1.0)), ("hold", (-1.0,))):
         for value in (*bad, np.nan, np.inf, "1"):
-            options: Any = {name: value}
+            options = {name: value}
             with pytest.raises(ValueError, match=f"^{name} = {value!r}; expected"):
                 next(episode_pictures([(found.task, found.episode)], SMALL, **options))
 
 
 @pytest.mark.push
 @pytest.mark.long
-def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: Patch) -> None:
+def test_the_example_of_the_guide_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = (Path(__file__).parents[2] / "docs" / "watching.md").read_text()
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
@@ -204,7 +198,7 @@ def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: Patch) -> No
 N = 3  # pictures
 
 
-def shown(monkeypatch: Patch, *typed: str | tuple[str, str]) -> list[int]:
+def shown(monkeypatch, *typed):
     """Numbers of the pictures, if at each look at the keyboard one of these is found.
 
     A word is a key that is pressed, a pair a key and what is done with it; "" is nothing.
@@ -213,14 +207,14 @@ def shown(monkeypatch: Patch, *typed: str | tuple[str, str]) -> list[int]:
     names = {"space": pygame.K_SPACE, "r": pygame.K_r, "escape": pygame.K_ESCAPE, "x": pygame.K_x}
     script, numbers = iter(typed), []
 
-    def events() -> list[Any]:
+    def events():
         word = next(script)  # the window must close before the script is over
         if word == "close":
             return [pygame.event.Event(pygame.QUIT)]
         key, kind = (word, "KEYDOWN") if isinstance(word, str) else word
         return [pygame.event.Event(getattr(pygame, kind), key=names[key])] if key else []
 
-    def pictures() -> Iterator[Any]:
+    def pictures():
         for k in range(N):
             numbers.append(k)
             yield np.full((8, 8, 3), k, dtype=np.uint8)
@@ -231,32 +225,32 @@ def shown(monkeypatch: Patch, *typed: str | tuple[str, str]) -> list[int]:
     return numbers
 
 
-def test_the_last_picture_stays_until_the_window_is_closed(monkeypatch: Patch) -> None:
+def test_the_last_picture_stays_until_the_window_is_closed(monkeypatch):
     assert shown(monkeypatch, "", "", "", "", "close") == [0, 1, 2]
     assert shown(monkeypatch, "", "", "", "", "escape") == [0, 1, 2]
 
 
-def test_escape_closes_at_once(monkeypatch: Patch) -> None:
+def test_escape_closes_at_once(monkeypatch):
     assert shown(monkeypatch, "", "escape") == [0, 1]
     assert shown(monkeypatch, "space", "escape") == [0]
 
 
-def test_space_pauses_and_goes_on(monkeypatch: Patch) -> None:
+def test_space_pauses_and_goes_on(monkeypatch):
     assert shown(monkeypatch, "space", "", "", "escape") == [0]
     assert shown(monkeypatch, "space", "", "space", "", "close") == [0, 1, 2]
 
 
-def test_r_begins_again_also_after_the_end_or_a_pause(monkeypatch: Patch) -> None:
+def test_r_begins_again_also_after_the_end_or_a_pause(monkeypatch):
     assert shown(monkeypatch, "", "r", "", "close") == [0, 1, 0, 1]
     assert shown(monkeypatch, "", "", "", "r", "close") == [0, 1, 2, 0]
     assert shown(monkeypatch, "space", "r", "", "close") == [0, 0, 1]
 
 
-def test_other_keys_and_keys_let_go_do_nothing(monkeypatch: Patch) -> None:
+def test_other_keys_and_keys_let_go_do_nothing(monkeypatch):
     others = [(key, "KEYUP") for key in ("space", "r", "escape")]
     assert shown(monkeypatch, "x", *others, "close") == [0, 1, 2]
 
 
-def test_where_no_window_can_be_opened_that_is_said(monkeypatch: Patch) -> None:
+def test_where_no_window_can_be_opened_that_is_said(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "no such driver")
     assert not show(lambda: iter([np.zeros((8, 8, 3), np.uint8)]), 1000.0, "a test")

@@ -2,8 +2,6 @@
 
 import re
 import sys
-from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +11,6 @@ from gymnasium.error import DependencyNotInstalled
 from rigid_envs.watch import films
 from rigid_envs.watch.films import SUFFIXES, checked_film, write_film
 from rigid_envs.watch.pictures import pillow
-from tests.fixtures import Capture, Patch
 from tests.programs import printed
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
@@ -22,7 +19,7 @@ Image = pytest.importorskip("PIL.Image")
 FPS = 25.0
 
 
-def moving_square(n: int = 20, height: int = 48, width: int = 64) -> list[Any]:
+def moving_square(n=20, height=48, width=64):
     """Pictures of an orange square on a blue ground, one pixel further in each."""
     pictures = []
     for k in range(n):
@@ -32,19 +29,19 @@ def moving_square(n: int = 20, height: int = 48, width: int = 64) -> list[Any]:
     return pictures
 
 
-def noise(n: int = 20, size: int = 40) -> list[Any]:
+def noise(n=20, size=40):
     rng = np.random.default_rng(0)
     return list(rng.integers(0, 256, (n, size, size, 3), dtype=np.uint8))
 
 
-def read_video(path: Path) -> tuple[dict[str, Any], list[Any]]:
+def read_video(path):
     reader = imageio_ffmpeg.read_frames(str(path))
     meta = next(reader)
     width, height = meta["size"]
     return meta, [np.frombuffer(raw, np.uint8).reshape(height, width, 3) for raw in reader]
 
 
-def read_animation(path: Path) -> tuple[list[Any], list[float], int]:
+def read_animation(path):
     """Pictures, the time [s] at which each begins and the last one ends, and the loop count."""
     with Image.open(path) as film:
         pictures, times = [], [0.0]
@@ -55,9 +52,7 @@ def read_animation(path: Path) -> tuple[list[Any], list[float], int]:
         return pictures, times, film.info.get("loop", -1)
 
 
-def test_mp4_is_h264_in_yuv420p_with_every_picture_written_without_a_word(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture, capfd: Capture
-) -> None:
+def test_mp4_is_h264_in_yuv420p_with_every_picture_written_without_a_word(tmp_path, caplog, capfd):
     pictures = moving_square()
     film = write_film(tmp_path / "a.mp4", pictures, FPS)
     assert not caplog.records and capfd.readouterr() == ("", "")
@@ -70,15 +65,13 @@ def test_mp4_is_h264_in_yuv420p_with_every_picture_written_without_a_word(
         assert np.abs(ours.astype(int) - theirs.astype(int)).mean() < 6
 
 
-def test_mp4_begins_with_its_index_so_that_a_browser_can_start_at_once(tmp_path: Path) -> None:
+def test_mp4_begins_with_its_index_so_that_a_browser_can_start_at_once(tmp_path):
     data = write_film(tmp_path / "a.mp4", moving_square(), FPS).path.read_bytes()
     assert 0 < data.find(b"moov") < data.find(b"mdat")
 
 
 @pytest.mark.parametrize("size", [(47, 63), (47, 64), (48, 63)])
-def test_mp4_of_odd_size_repeats_its_last_line_or_column(
-    tmp_path: Path, size: tuple[int, int]
-) -> None:
+def test_mp4_of_odd_size_repeats_its_last_line_or_column(tmp_path, size):
     pictures = moving_square(5, *size)
     film = write_film(tmp_path / "a.mp4", pictures, FPS)
     assert (film.width, film.height) == (64, 48)
@@ -88,15 +81,15 @@ def test_mp4_of_odd_size_repeats_its_last_line_or_column(
         assert np.abs(ours.astype(int) - theirs.astype(int)).mean() < 6
 
 
-def test_mp4_is_encoded_while_pictures_come(tmp_path: Path) -> None:
+def test_mp4_is_encoded_while_pictures_come(tmp_path):
     alive = most = 0
 
     class Counted(np.ndarray[Any, Any]):
-        def __del__(self) -> None:
+        def __del__(self):
             nonlocal alive
             alive -= 1
 
-    def source() -> Iterator[Any]:
+    def source():
         nonlocal alive, most
         for picture in moving_square(40):
             alive += 1
@@ -108,7 +101,7 @@ def test_mp4_is_encoded_while_pictures_come(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".webp"])
-def test_an_animation_repeats_without_end_and_keeps_the_time(tmp_path: Path, suffix: str) -> None:
+def test_an_animation_repeats_without_end_and_keeps_the_time(tmp_path, suffix):
     pictures = moving_square(31)
     film = write_film(tmp_path / f"a{suffix}", pictures, 30.0)
     shown, times, loop = read_animation(film.path)
@@ -121,7 +114,7 @@ def test_an_animation_repeats_without_end_and_keeps_the_time(tmp_path: Path, suf
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_one_picture_is_a_film(tmp_path: Path, suffix: str) -> None:
+def test_one_picture_is_a_film(tmp_path, suffix):
     film = write_film(tmp_path / f"a{suffix}", moving_square(1), FPS)
     assert (film.n_pictures, film.width, film.height) == (1, 64, 48)
 
@@ -130,9 +123,7 @@ def test_one_picture_is_a_film(tmp_path: Path, suffix: str) -> None:
     ("suffix", "fps", "kept"),
     [(".gif", 50.0, 30), (".gif", 60.0, 15), (".gif", 100.0, 15), (".webp", 60.0, 30)],
 )
-def test_a_gif_alone_leaves_pictures_out_above_50_a_second(
-    tmp_path: Path, suffix: str, fps: float, kept: int
-) -> None:
+def test_a_gif_alone_leaves_pictures_out_above_50_a_second(tmp_path, suffix, fps, kept):
     film = write_film(tmp_path / f"a{suffix}", moving_square(30), fps)
     assert film.fps == pytest.approx(fps * kept / 30) and film.n_pictures == kept
     tick = 0.01 if suffix == ".gif" else 0.001  # [s], in which the format counts
@@ -140,7 +131,7 @@ def test_a_gif_alone_leaves_pictures_out_above_50_a_second(
     assert np.allclose(read_animation(film.path)[1], due, rtol=0.0, atol=0.51 * tick)
 
 
-def test_each_level_of_quality_has_fewer_pixels_a_second_than_the_one_before() -> None:
+def test_each_level_of_quality_has_fewer_pixels_a_second_than_the_one_before():
     sizes = [level.scale**2 * level.fps for level in films._LEVELS]
     assert sizes == sorted(set(sizes), reverse=True)  # it is searched by bisection
 
@@ -150,9 +141,7 @@ GIF = pytest.param(".gif", marks=pytest.mark.long)
 
 
 @pytest.mark.parametrize("suffix", [GIF, ".webp"])
-def test_max_bytes_lowers_the_quality_and_says_so_but_not_the_duration(
-    tmp_path: Path, suffix: str
-) -> None:
+def test_max_bytes_lowers_the_quality_and_says_so_but_not_the_duration(tmp_path, suffix):
     best = write_film(tmp_path / f"best{suffix}", noise(), FPS)
     small = write_film(tmp_path / f"small{suffix}", noise(), FPS, best.n_bytes // 3)
     assert small.n_bytes <= best.n_bytes // 3 < best.n_bytes
@@ -164,18 +153,14 @@ def test_max_bytes_lowers_the_quality_and_says_so_but_not_the_duration(
 
 
 @pytest.mark.parametrize("suffix", [GIF, ".webp"])
-def test_max_bytes_that_cannot_be_met_is_refused_with_the_least_size(
-    tmp_path: Path, suffix: str
-) -> None:
+def test_max_bytes_that_cannot_be_met_is_refused_with_the_least_size(tmp_path, suffix):
     with pytest.raises(ValueError, match=r"max_bytes = 1; expected at least \d+, the size"):
         write_film(tmp_path / f"a{suffix}", noise(), FPS, 1)
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(("height", "width"), [(1, 40), (40, 1)])
-def test_the_least_size_that_a_refusal_names_is_enough(
-    tmp_path: Path, height: int, width: int
-) -> None:
+def test_the_least_size_that_a_refusal_names_is_enough(tmp_path, height, width):
     thin = [picture[:height, :width] for picture in noise()]
     with pytest.raises(ValueError, match="expected at least") as refusal:
         write_film(tmp_path / "a.webp", thin, FPS, 1)
@@ -185,7 +170,7 @@ def test_the_least_size_that_a_refusal_names_is_enough(
     assert (film.height, film.width) == (min(height, 14), min(width, 14))  # 0.35 of 40
 
 
-def test_a_colour_that_comes_in_the_end_alone_is_seen_in_a_gif(tmp_path: Path) -> None:
+def test_a_colour_that_comes_in_the_end_alone_is_seen_in_a_gif(tmp_path):
     pictures = [np.full((8, 8, 3), (40, 80, 160), np.uint8) for _ in range(4)]
     pictures.append(np.full((8, 8, 3), (230, 160, 30), np.uint8))
     shown, _, _ = read_animation(write_film(tmp_path / "a.gif", pictures, FPS).path)
@@ -207,9 +192,7 @@ def test_a_colour_that_comes_in_the_end_alone_is_seen_in_a_gif(tmp_path: Path) -
         ),
     ],
 )
-def test_another_file_or_size_is_refused(
-    tmp_path: Path, name: str, max_bytes: Any, message: str
-) -> None:
+def test_another_file_or_size_is_refused(tmp_path, name, max_bytes, message):
     (tmp_path / "folder.gif").mkdir()
     with pytest.raises(ValueError, match=message):
         write_film(tmp_path / name, moving_square(), FPS, max_bytes)
@@ -230,20 +213,18 @@ def test_another_file_or_size_is_refused(
     ],
 )
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_what_is_no_film_is_refused_and_leaves_nothing(
-    tmp_path: Path, suffix: str, pictures: list[Any], fps: float, message: str
-) -> None:
+def test_what_is_no_film_is_refused_and_leaves_nothing(tmp_path, suffix, pictures, fps, message):
     with pytest.raises(ValueError, match=message):
         write_film(tmp_path / f"a{suffix}", pictures, fps)
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-def test_a_failure_on_the_way_leaves_the_old_film(tmp_path: Path, suffix: str) -> None:
+def test_a_failure_on_the_way_leaves_the_old_film(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
     path.write_bytes(b"old")
 
-    def source() -> Iterator[Any]:
+    def source():
         yield from moving_square(5)
         raise RuntimeError("no more")
 
@@ -255,9 +236,7 @@ def test_a_failure_on_the_way_leaves_the_old_film(tmp_path: Path, suffix: str) -
 @pytest.mark.parametrize(
     ("suffix", "module"), [(".mp4", "imageio_ffmpeg"), (".gif", "PIL"), (".webp", "PIL")]
 )
-def test_without_the_extra_it_says_what_to_install(
-    tmp_path: Path, suffix: str, module: str, monkeypatch: Patch
-) -> None:
+def test_without_the_extra_it_says_what_to_install(tmp_path, suffix, module, monkeypatch):
     monkeypatch.setitem(sys.modules, module, None)
     pillow.cache_clear()
     for act in (checked_film, lambda path: write_film(path, moving_square(), FPS)):
@@ -266,7 +245,7 @@ def test_without_the_extra_it_says_what_to_install(
 
 
 @pytest.mark.long
-def test_importing_films_imports_no_renderer() -> None:
+def test_importing_films_imports_no_renderer():
     code = (
         "import sys, rigid_envs.watch.films; "
         "assert not {'PIL', 'panda3d', 'pygame', 'imageio_ffmpeg', 'moviepy'} & set(sys.modules)"

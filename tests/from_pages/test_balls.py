@@ -1,7 +1,6 @@
 """Balls rebuilt from their pages do what the environments do."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from tests.from_pages.balls import (
     BallReorient,
     BallSteer,
 )
-from tests.from_pages.model import Model
 from tests.from_pages.pushed_balls import BallParkDynamic, BallPlate
 from tests.from_pages.side_by_side import (
     actions,
@@ -54,7 +52,7 @@ TABLE_ERROR = {n: (5.0 * 0.1 / n) ** 4 for n in (ROUGH, SMOOTH)}  # 4e-3 and 2e-
 long = pytest.mark.long
 
 POSES = (BallPark, BallParkRandom, BallReorient)
-PARKING: list[tuple[type[Model], dict[str, Any]]] = [
+PARKING = [
     *((kind, {}) for kind in POSES),
     *((BallPark, {"rotation": way}) for way in ("rot6d", "quat", "euler", "none")),
     (BallPark, {"weight_angle": 0.3, "weight_twist": -0.5, "weight_position": 0.2}),
@@ -66,9 +64,7 @@ PARKING: list[tuple[type[Model], dict[str, Any]]] = [
 
 
 @pytest.mark.parametrize(("kind", "settings"), PARKING)
-def test_a_ball_that_parks_does_what_its_page_says(
-    kind: type[Model], settings: dict[str, Any]
-) -> None:
+def test_a_ball_that_parks_does_what_its_page_says(kind, settings):
     play_many(kind, 40, EXACT, n=3, **settings)
 
 
@@ -79,7 +75,7 @@ def test_a_ball_that_parks_does_what_its_page_says(
         *(pytest.param(kind, 1, marks=long) for kind in POSES),
     ],
 )
-def test_the_reduced_frame_of_parking_is_that_of_the_page(kind: type[Model], delay: int) -> None:
+def test_the_reduced_frame_of_parking_is_that_of_the_page(kind, delay):
     play_many(kind, 40, ROOTS, n=4, frame="reduced", action_delay=delay)
 
 
@@ -92,16 +88,14 @@ def test_the_reduced_frame_of_parking_is_that_of_the_page(kind: type[Model], del
         ((-0.8, 0.0, 0.6, 0.0), (0.0, 0.0)),
     ],
 )
-def test_the_reduced_frame_has_a_direction_where_there_is_no_offset(
-    q: tuple[float, ...], position: tuple[float, ...]
-) -> None:
+def test_the_reduced_frame_has_a_direction_where_there_is_no_offset(q, position):
     env, model = both(BallPark, frame="reduced", position_tolerance=1e-6)
     begin(env, model, {"q": q, "position": position})
     play(env, model, [np.array([0.7, 0.2], dtype=np.float32)], ROOTS)
 
 
 @pytest.mark.parametrize("kind", POSES)
-def test_a_ball_is_parked_within_both_tolerances_and_not_beside_them(kind: type[Model]) -> None:
+def test_a_ball_is_parked_within_both_tolerances_and_not_beside_them(kind):
     env, model = both(kind, position_tolerance=0.2, angle_tolerance=0.3)
     rng, successes = np.random.default_rng(3), 0
     for _ in range(60):
@@ -113,12 +107,12 @@ def test_a_ball_is_parked_within_both_tolerances_and_not_beside_them(kind: type[
 
 
 @pytest.mark.parametrize("settings", [{}, {"weight_distance": 0.7, "radius": (0.5, 0.9)}])
-def test_a_ball_with_a_goal_does_what_its_page_says(settings: dict[str, Any]) -> None:
+def test_a_ball_with_a_goal_does_what_its_page_says(settings):
     play_many(BallParkGoal, 100, EXACT, n=3, **settings)
 
 
 @long
-def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less() -> None:
+def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less():
     env, model = both(BallParkGoal, frame="reduced", position_tolerance=0.5, angle_tolerance=0.5)
     rng, successes = np.random.default_rng(5), 0
     for seed in range(8):
@@ -133,7 +127,7 @@ def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less() 
     assert successes >= 2
 
 
-def test_rewards_of_goals_are_computed_anew_as_the_page_says() -> None:
+def test_rewards_of_goals_are_computed_anew_as_the_page_says():
     settings = {"weight_distance": 0.5, "angle_tolerance": 1.5, "position_tolerance": 2.0}
     env, model = both(BallParkGoal, **settings)
     rng = np.random.default_rng(6)
@@ -149,7 +143,7 @@ def test_rewards_of_goals_are_computed_anew_as_the_page_says() -> None:
 
 
 @pytest.mark.parametrize(("X", "parked"), [(0.5, True), (math.nextafter(0.5, 1.0), False)])
-def test_a_ball_at_the_edge_of_the_tolerance_is_parked(X: float, parked: bool) -> None:
+def test_a_ball_at_the_edge_of_the_tolerance_is_parked(X, parked):
     env, model = both(BallPark, position_tolerance=0.5)
     begin(env, model, {"q": [1.0, 0.0, 0.0, 0.0], "position": [X, 0.0]})
     assert play(env, model, [[0.0, 0.0]], EXACT) == parked
@@ -165,7 +159,7 @@ def test_a_ball_at_the_edge_of_the_tolerance_is_parked(X: float, parked: bool) -
         {"rotation": "rot6d", "start_cells": 0},  # w may be 0, where the sign of q is not defined
     ],
 )
-def test_a_ball_on_a_grid_does_what_its_page_says(settings: dict[str, Any]) -> None:
+def test_a_ball_on_a_grid_does_what_its_page_says(settings):
     env, model = both(BallGrid, **settings)
     rng, successes = np.random.default_rng(8), 0
     for _ in range(20):
@@ -189,11 +183,11 @@ def test_a_ball_on_a_grid_does_what_its_page_says(settings: dict[str, Any]) -> N
         pytest.param({"frame": "reduced", "action_delay": 2}, marks=long),
     ],
 )
-def test_a_ball_that_follows_does_what_its_page_says(settings: dict[str, Any]) -> None:
+def test_a_ball_that_follows_does_what_its_page_says(settings):
     play_many(BallSteer, 100, EXACT, n=3, **settings)
 
 
-def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound() -> None:
+def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound():
     env, model = both(BallSteer, start_offset=0.1, start_angle=0.2, bound=0.3)
     outcomes = []
     for seed in range(6):
@@ -216,7 +210,7 @@ def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound() -> None:
         {"m": (0.8, 1.5), "beta": (0.2, 0.5), "observe_params": True, "weight_angle": 0.1},
     ],
 )
-def test_a_ball_with_inertia_does_what_its_page_says(settings: dict[str, Any]) -> None:
+def test_a_ball_with_inertia_does_what_its_page_says(settings):
     settings = {"n_substeps": FINE, **settings}
     tolerance = INTEGRATED[settings["n_substeps"]]
     play_many(BallParkDynamic, 40, tolerance, n=2, at_start=EXACT, **settings)
@@ -225,9 +219,7 @@ def test_a_ball_with_inertia_does_what_its_page_says(settings: dict[str, Any]) -
 @pytest.mark.parametrize(
     ("turntable_rate", "delay"), [(0.0, 0), (-0.6, 0), pytest.param(-0.6, 1, marks=long)]
 )
-def test_the_reduced_frame_of_a_ball_with_inertia_is_that_of_the_page(
-    turntable_rate: float, delay: int
-) -> None:
+def test_the_reduced_frame_of_a_ball_with_inertia_is_that_of_the_page(turntable_rate, delay):
     settings = {"frame": "reduced", "turntable_rate": turntable_rate, "action_delay": delay}
     settings |= {"n_substeps": FINE, "m": (0.5, 2.0), "beta": (0.3, 0.6)}
     env, model = both(BallParkDynamic, **settings)
@@ -240,7 +232,7 @@ def test_the_reduced_frame_of_a_ball_with_inertia_is_that_of_the_page(
         play(env, model, actions(rng, 30, 2), 50.0 * INTEGRATED[FINE])
 
 
-def test_a_ball_with_inertia_is_parked_at_rest_and_not_beside_its_tolerances() -> None:
+def test_a_ball_with_inertia_is_parked_at_rest_and_not_beside_its_tolerances():
     settings = {"position_tolerance": 0.2, "angle_tolerance": 0.3, "speed_tolerance": 0.2}
     env, model = both(BallParkDynamic, **settings)
     rng, successes = np.random.default_rng(14), 0
@@ -253,7 +245,7 @@ def test_a_ball_with_inertia_is_parked_at_rest_and_not_beside_its_tolerances() -
     assert 5 <= successes <= 28
 
 
-def test_a_ball_with_inertia_falls_off_the_plate_at_its_edge() -> None:
+def test_a_ball_with_inertia_falls_off_the_plate_at_its_edge():
     env, model = both(BallParkDynamic, start_half_width=1.0, margin=0.5)
     rng = np.random.default_rng(15)
     for _ in range(5):
@@ -268,7 +260,7 @@ def test_a_ball_with_inertia_falls_off_the_plate_at_its_edge() -> None:
         play(env, model, [[0.0, 0.0]], INTEGRATED[COARSE])
 
 
-TABLES: list[Any] = [
+TABLES = [
     {},
     {"n_substeps": ROUGH},
     {"turntable_rate": 1.5, "rotation": "matrix", "radius": 0.7},
@@ -283,13 +275,13 @@ TABLES: list[Any] = [
 
 
 @pytest.mark.parametrize("settings", TABLES)
-def test_a_ball_on_a_table_does_what_its_page_says(settings: dict[str, Any]) -> None:
+def test_a_ball_on_a_table_does_what_its_page_says(settings):
     settings = {"n_substeps": SMOOTH, **settings}
     tolerance = TABLE_ERROR[settings["n_substeps"]]
     play_many(BallPlate, 40, tolerance, n=2, at_start=EXACT, **settings)
 
 
-def test_a_table_that_starts_tilted_and_turning_stops_within_its_limit() -> None:
+def test_a_table_that_starts_tilted_and_turning_stops_within_its_limit():
     env, model = both(BallPlate, n_substeps=SMOOTH)
     rng = np.random.default_rng(18)
     for seed in range(4):
@@ -299,7 +291,7 @@ def test_a_table_that_starts_tilted_and_turning_stops_within_its_limit() -> None
 
 
 @pytest.mark.parametrize("hold", [0.0, 0.3, 0.35, 2.0])
-def test_a_ball_is_held_for_the_time_that_the_page_says(hold: float) -> None:
+def test_a_ball_is_held_for_the_time_that_the_page_says(hold):
     env, model = both(BallPlate, hold=hold, tolerance=0.1, n_substeps=SMOOTH)
     rng, successes = np.random.default_rng(19), 0
     for seed in range(6):
@@ -312,14 +304,14 @@ def test_a_ball_is_held_for_the_time_that_the_page_says(hold: float) -> None:
 
 
 @pytest.mark.parametrize(("X", "near"), [(0.0625, False), (math.nextafter(0.0625, 0.0), True)])
-def test_a_ball_at_the_edge_of_the_tolerance_is_not_near_its_point(X: float, near: bool) -> None:
+def test_a_ball_at_the_edge_of_the_tolerance_is_not_near_its_point(X, near):
     env, model = both(BallPlate, start_radius=0.0, tolerance=0.0625, hold=0.1)
     at_rest = {"position": [X, 0.0], "velocity": [0.0, 0.0]}
     started(env, model, np.random.default_rng(25), 0, **at_rest)
     assert play(env, model, [[0.0, 0.0]], EXACT) == near
 
 
-def test_a_ball_falls_off_the_table_at_its_edge() -> None:
+def test_a_ball_falls_off_the_table_at_its_edge():
     env, model = both(BallPlate, start_radius=1.0, margin=0.3, tilt_limit=0.3, n_substeps=SMOOTH)
     rng = np.random.default_rng(20)
     for seed in range(3):
@@ -330,7 +322,7 @@ def test_a_ball_falls_off_the_table_at_its_edge() -> None:
         assert math.hypot(*model.y[4:6]) > 1.3
 
 
-def test_a_ball_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
+def test_a_ball_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward():
     env, model = environment("BallParkDynamic"), BallParkDynamic(n_substeps=COARSE)
     rng, ended = np.random.default_rng(22), 0
     for speed in np.linspace(14.0, 14.95, 12):
@@ -344,7 +336,7 @@ def test_a_ball_that_is_too_fast_for_the_integrator_ends_the_episode_without_rew
         env.reset(options={"state": {"velocity": [15.1, 0.0]}})
 
 
-def test_a_number_above_1e9_ends_the_episode_without_reward() -> None:
+def test_a_number_above_1e9_ends_the_episode_without_reward():
     env = environment("BallPark", radius=100.0)
     env.reset(seed=0, options={"state": {"position": [1e9 - 10.0, 0.0]}})
     _, reward, terminated, _, info = env.step(np.array([1.0, 0.0], dtype=np.float32))
@@ -353,7 +345,7 @@ def test_a_number_above_1e9_ends_the_episode_without_reward() -> None:
 
 # As above. Roots of components of 1e-6, which are not rounded off, magnify by 500; roundings add up
 # over 300 steps; on the table, errors of a velocity add up to those of a position for 20 s.
-WIDE: list[tuple[type[Model], int, int, float]] = [
+WIDE = [
     *((kind, 1, 100, EXACT) for kind in (*POSES, BallParkGoal)),
     (BallSteer, 1, 300, 10.0 * EXACT),
     (BallParkDynamic, FINE, 100, INTEGRATED[FINE]),
@@ -364,9 +356,7 @@ WIDE: list[tuple[type[Model], int, int, float]] = [
 @long
 @pytest.mark.parametrize("frame", ["world", "reduced"])
 @pytest.mark.parametrize(("kind", "n_substeps", "steps", "tolerance"), WIDE)
-def test_many_episodes_of_a_ball_are_what_its_page_says(
-    kind: type[Model], n_substeps: int, steps: int, tolerance: float, frame: str
-) -> None:
+def test_many_episodes_of_a_ball_are_what_its_page_says(kind, n_substeps, steps, tolerance, frame):
     if frame == "reduced":
         tolerance = 500.0 * max(tolerance, ROUNDED_GOAL if kind is BallParkGoal else ROOTS)
     play_many(kind, steps, tolerance, n_substeps=n_substeps, frame=frame)

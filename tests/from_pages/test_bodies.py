@@ -1,8 +1,6 @@
 """The pages of the free body and of the top are enough to rebuild their environments."""
 
 import re
-from collections.abc import Iterator
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -11,24 +9,24 @@ import pytest
 from rigid_envs.testing.environments import FULL
 from tests.from_pages import bodies, tops
 from tests.from_pages.attitudes import compose, of_rotation_vector
-from tests.from_pages.model import PAGES, Page
+from tests.from_pages.model import PAGES
 from tests.from_pages.side_by_side import Pair, environment, in_frames
 
 # The pages of the free body are enough to rebuild their environments.
 
 
-def spinning(page: Page, omega: tuple[float, float, float]) -> np.ndarray:
+def spinning(page, omega):
     return np.array([0.6, 0.0, -0.8, 0.0, *omega])
 
 
-def top(tilt: float, omega: tuple[float, float, float], *pivot: float) -> np.ndarray:
+def top(tilt, omega, *pivot):
     """A state that leans towards -y."""
     q = [np.cos(tilt / 2), np.sin(tilt / 2), 0.0, 0.0]
     return np.array([*q, *omega, *(pivot or (0.0, 0.0, 0.0, 0.0))])
 
 
 @pytest.mark.parametrize("kind", bodies.KINDS)
-def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
+def test_weights_and_tolerances_do_the_same(kind):
     rng = np.random.default_rng(4)
     names = kind.defaults()
     weights = {f"weight_{term}": float(k) - 0.5 for k, term in enumerate(kind.terms)}
@@ -43,7 +41,7 @@ def test_weights_and_tolerances_do_the_same(kind: type[Page]) -> None:
 
 
 @pytest.mark.parametrize(("kind", "frame"), in_frames(*bodies.KINDS))
-def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
+def test_limits_and_edges_are_alike(kind, frame):
     rng, pair = np.random.default_rng(19), Pair(kind, frame=frame)
     for omega in (
         (25.0, 30.0, -22.0),
@@ -61,7 +59,7 @@ def test_limits_and_edges_are_alike(kind: type[Page], frame: str) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("time", [-3.0, 0.0, 0.5, 60.0, 9000.0])
-def test_any_time_that_is_left_is_alike(time: float) -> None:
+def test_any_time_that_is_left_is_alike(time):
     rng, times = np.random.default_rng(20), (12.0, max(20.0, time))
     pair = Pair(bodies.AxisFlip, frame="reduced", flip_time=times)
     for omega in ((0.1, 1.0, 0.05), (0.1, -1.0, 0.05), (0.0, 1.0, 0.0)):
@@ -72,7 +70,7 @@ def test_any_time_that_is_left_is_alike(time: float) -> None:
 # -- ends
 
 
-def casimir(page: Page, k: int) -> np.ndarray:
+def casimir(page, k):
     """`energy_casimir` of the page, for the middle body."""
     (I1, I2, I3), Omega, w = page.middle_moments, page.spin_rate, page.omega
     k1, k2, k3 = 5 / 3 * Omega * np.array([I1, I2, I3])
@@ -84,7 +82,7 @@ def casimir(page: Page, k: int) -> np.ndarray:
 @pytest.mark.parametrize(
     "kind", [bodies.IntermediateAxis, bodies.IntermediateAxisRandom, bodies.SpinCapture]
 )
-def test_a_held_spin_is_a_success_after_the_hold_time(kind: type[Page]) -> None:
+def test_a_held_spin_is_a_success_after_the_hold_time(kind):
     rng, pair = np.random.default_rng(6), Pair(kind, max_episode_steps=110)
     pair.reset(rng, spinning(pair.page, (0.03, 0.99, 0.02)))
     outcomes = pair.run(casimir)
@@ -96,11 +94,11 @@ def test_a_held_spin_is_a_success_after_the_hold_time(kind: type[Page]) -> None:
 
 @pytest.mark.parametrize("kind", bodies.KINDS[:4], ids=lambda kind: kind.__name__)
 @pytest.mark.parametrize("hold", [0.0, 0.05, 0.3, 0.7])
-def test_successes_are_counted_alike(kind: type[Page], hold: float) -> None:
+def test_successes_are_counted_alike(kind, hold):
     rng, pair = np.random.default_rng(7), Pair(kind, hold=hold, tolerance=0.03, torque=0.4)
     pair.reset(rng, spinning(pair.page, (0.005, 1.0, 0.005)))
 
-    def policy(page: Page, k: int) -> np.ndarray:
+    def policy(page, k):
         push = {9: 1.0, 10: 1.0, 12: -1.0, 13: -1.0}.get(k % 15, 0.0)
         return push * np.ones(page.controls)
 
@@ -108,11 +106,11 @@ def test_successes_are_counted_alike(kind: type[Page], hold: float) -> None:
     assert any(successes) and (all(successes) == (hold == 0.0))  # see the page: 0 asks nothing
 
 
-def test_one_torque_holds_the_direction() -> None:
+def test_one_torque_holds_the_direction():
     rng, pair = np.random.default_rng(8), Pair(bodies.IntermediateAxisSingle, max_episode_steps=200)
     pair.reset(rng, spinning(pair.page, (0.05, 1.0, -0.03)))
 
-    def policy(page: Page, k: int) -> np.ndarray:
+    def policy(page, k):
         w = page.omega
         return np.array([(2.0 * w[0] * w[1] - 3.0 * w[2]) / page.torque])
 
@@ -121,7 +119,7 @@ def test_one_torque_holds_the_direction() -> None:
 
 
 @pytest.mark.parametrize("actuators", ["e1 e2", "e1 e3", "e2"])
-def test_an_axis_without_actuator_has_no_torque(actuators: str) -> None:
+def test_an_axis_without_actuator_has_no_torque(actuators):
     rng, pair = np.random.default_rng(9), Pair(bodies.SpinCapture, actuators=actuators)
     pair.reset(rng)
     pair.shake(rng, 20)
@@ -129,14 +127,12 @@ def test_an_axis_without_actuator_has_no_torque(actuators: str) -> None:
 
 @pytest.mark.parametrize("time", [1.0, 1.04, 1.1, 3.0])
 @pytest.mark.parametrize(("kind", "frame"), in_frames(bodies.AxisFlip))
-def test_a_flip_is_judged_from_the_commanded_time_on(
-    time: float, kind: type[Page], frame: str
-) -> None:
+def test_a_flip_is_judged_from_the_commanded_time_on(time, kind, frame):
     rng = np.random.default_rng(10)
     pair = Pair(kind, torque=2.0, frame=frame)
     pair.reset(rng, aux=np.array([time, 1.0]))
 
-    def policy(page: Page, k: int) -> np.ndarray:
+    def policy(page, k):
         """`brute_force` of the page; later it lets go, and kicks the body away."""
         tau = -4 * page.moments * (page.omega + np.array([0, 1, 0]))
         kicked = np.ones(3) if k == 40 else tau / page.torque
@@ -149,11 +145,11 @@ def test_a_flip_is_judged_from_the_commanded_time_on(
 
 
 @pytest.mark.parametrize(("kind", "frame"), in_frames(bodies.Detumble))
-def test_impulses_against_the_momentum_end_it(kind: type[Page], frame: str) -> None:
+def test_impulses_against_the_momentum_end_it(kind, frame):
     pair = Pair(kind, frame=frame)
     pair.reset(np.random.default_rng(11))
 
-    def policy(page: Page, k: int) -> np.ndarray:
+    def policy(page, k):
         L = page.moments * page.omega
         if page.frame == "reduced":
             return np.array([min(1.0, np.linalg.norm(L) / 0.5), 0.0, 0.0])
@@ -165,9 +161,7 @@ def test_impulses_against_the_momentum_end_it(kind: type[Page], frame: str) -> N
 
 
 @pytest.mark.parametrize(("kind", "frame"), in_frames(bodies.Detumble))
-def test_the_terms_and_entries_of_a_large_momentum_are_limited(
-    kind: type[Page], frame: str
-) -> None:
+def test_the_terms_and_entries_of_a_large_momentum_are_limited(kind, frame):
     rng, pair = np.random.default_rng(22), Pair(kind, start_momentum=0.01, frame=frame)
     pair.reset(rng, spinning(pair.page, (1.0, 0.5, -0.3)))
     outcome, _ = pair.step(np.zeros(3))
@@ -176,7 +170,7 @@ def test_the_terms_and_entries_of_a_large_momentum_are_limited(
 
 
 @pytest.mark.parametrize("size", [1.0 - 1e-7, 1.0 + 1e-7, 1.0 + 3e-7])
-def test_a_direction_that_was_rounded_is_not_clipped(size: float) -> None:
+def test_a_direction_that_was_rounded_is_not_clipped(size):
     rng, pair = np.random.default_rng(12), Pair(bodies.Detumble)
     pair.reset(rng)
     for _ in range(40):
@@ -184,13 +178,13 @@ def test_a_direction_that_was_rounded_is_not_clipped(size: float) -> None:
         pair.step(size * direction / np.linalg.norm(direction))
 
 
-def test_a_turn_reaches_its_goal_and_leaves_it() -> None:
+def test_a_turn_reaches_its_goal_and_leaves_it():
     rng = np.random.default_rng(13)
     for frame in ("world", "reduced"):
         pair = Pair(bodies.Reorient, frame=frame, weight_angle=0.3, weight_rate=0.2)
         pair.reset(rng)
 
-        def policy(page: Page, k: int) -> np.ndarray:
+        def policy(page, k):
             """`quaternion_pd` of the page, and a push at the end."""
             theta, _, S = page.turn_left()
             angle = np.linalg.norm(theta)
@@ -206,7 +200,7 @@ def test_a_turn_reaches_its_goal_and_leaves_it() -> None:
         assert successes[90] and not successes[0] and not successes[99]
 
 
-def test_rewards_of_goals_are_computed_alike() -> None:
+def test_rewards_of_goals_are_computed_alike():
     rng, page = np.random.default_rng(14), bodies.Reorient(weight_angle=0.3, weight_rate=0.2)
     env = gym.make("RigidEnvs/Reorient-v0", weight_angle=0.3, weight_rate=0.2)
     starts = [page.draw(rng) for _ in range(20)]
@@ -240,7 +234,7 @@ def test_rewards_of_goals_are_computed_alike() -> None:
         *((kind, (19.98, 0.0, 0.0)) for kind in tops.KINDS[1:4]),
     ],
 )
-def test_a_motion_that_becomes_too_fast_ends(kind: type[Page], omega: tuple) -> None:
+def test_a_motion_that_becomes_too_fast_ends(kind, omega):
     is_top = kind in tops.KINDS
     within, steps = (1e-4, 100) if is_top else (1e-6, 20)
     pair = Pair(kind, within=within, n_substeps=kind.defaults()["n_substeps"])
@@ -257,7 +251,7 @@ def test_a_motion_that_becomes_too_fast_ends(kind: type[Page], omega: tuple) -> 
 
 
 @pytest.mark.parametrize(("kind", "frame"), in_frames(*tops.KINDS))
-def test_any_state_does_the_same(kind: type[Page], frame: str) -> None:
+def test_any_state_does_the_same(kind, frame):
     rng = np.random.default_rng(2)
     pair = Pair(kind, frame=frame, **({"fall": 3.1} if kind is tops.PivotTop else {}))
     for _ in range(4):
@@ -269,7 +263,7 @@ def test_any_state_does_the_same(kind: type[Page], frame: str) -> None:
 
 
 @pytest.mark.parametrize(("kind", "frame"), in_frames(*tops.KINDS))
-def test_limits_and_edges_of_tops_are_alike(kind: type[Page], frame: str) -> None:
+def test_limits_and_edges_of_tops_are_alike(kind, frame):
     rng, pair = np.random.default_rng(13), Pair(kind, frame=frame)
     fast = ((33.0, -35.0, 32.0), (-33.0, 35.0, -32.0), (1.0, 0.0, 34.0))
     for tilt in (0.0, 1e-7, 0.3, 1.6, np.pi):
@@ -282,7 +276,7 @@ def test_limits_and_edges_of_tops_are_alike(kind: type[Page], frame: str) -> Non
 
 
 @pytest.mark.parametrize("kind", tops.KINDS)
-def test_weights_and_tolerances_of_tops_do_the_same(kind: type[Page]) -> None:
+def test_weights_and_tolerances_of_tops_do_the_same(kind):
     rng = np.random.default_rng(5)
     weights = {f"weight_{term}": float(k) - 0.5 for k, term in enumerate(kind.terms)}
     wide = {name: 0.9 for name in kind.defaults() if "tolerance" in name}
@@ -302,11 +296,11 @@ def test_weights_and_tolerances_of_tops_do_the_same(kind: type[Page]) -> None:
 
 @pytest.mark.parametrize("kind", [k for k in tops.KINDS if k is not tops.TopPrecession])
 @pytest.mark.parametrize("hold", [0.0, 0.32, 1.0])
-def test_a_sleeping_top_is_a_success_after_the_hold_time(kind: type[Page], hold: float) -> None:
+def test_a_sleeping_top_is_a_success_after_the_hold_time(kind, hold):
     rng, pair = np.random.default_rng(7), Pair(kind, hold=hold)
     pair.reset(rng, top(0.03, (0.0, 0.0, 8.0)))
 
-    def policy(page: Page, k: int) -> np.ndarray:
+    def policy(page, k):
         """A kick; the top nutates and comes back, or not."""
         return np.ones(page.controls) * (25 < k < 30)
 
@@ -319,9 +313,7 @@ def test_a_sleeping_top_is_a_success_after_the_hold_time(kind: type[Page], hold:
 @pytest.mark.parametrize("branch", ["slow", "fast"])
 @pytest.mark.parametrize("spin", [6.0, -6.0])
 @pytest.mark.parametrize(("kind", "frame"), in_frames(tops.TopPrecession))
-def test_steady_precession_is_a_success(
-    branch: str, spin: float, kind: type[Page], frame: str
-) -> None:
+def test_steady_precession_is_a_success(branch, spin, kind, frame):
     rng = np.random.default_rng(8)
     pair = Pair(kind, branch=branch, hold=0.5, frame=frame, max_episode_steps=60)
     tilt = 0.5
@@ -332,14 +324,14 @@ def test_steady_precession_is_a_success(
     start = top(tilt, (0.0, rate * np.sin(tilt), spin))
     pair.reset(rng, start, np.array([0.0, tilt]))
 
-    def policy(page: Page, k: int) -> np.ndarray:
+    def policy(page, k):
         return np.array([1.0, 0.5]) * (k > 40)
 
     successes = [outcome.info["is_success"] for outcome in pair.run(policy)]
     assert successes.index(True) == 9 and not successes[-1]
 
 
-def test_a_slow_spin_has_a_goal_too() -> None:
+def test_a_slow_spin_has_a_goal_too():
     rng, pair = np.random.default_rng(9), Pair(tops.TopPrecession, branch="fast")
     for spin in (2.0, -1.0):
         pair.reset(rng, top(0.4, (0.2, 0.1, spin)))
@@ -347,7 +339,7 @@ def test_a_slow_spin_has_a_goal_too() -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_an_episode_ends_when_the_top_has_fallen(seed: int) -> None:
+def test_an_episode_ends_when_the_top_has_fallen(seed):
     rng, pair = np.random.default_rng(seed), Pair(tops.PivotTop)
     pair.reset(rng)
     outcomes = pair.run(lambda page, k: np.zeros(2))
@@ -355,7 +347,7 @@ def test_an_episode_ends_when_the_top_has_fallen(seed: int) -> None:
     assert outcomes[-1].reward > 0.0  # as every other step
 
 
-def test_a_top_has_fallen_at_the_tilt_of_the_page_and_not_below() -> None:
+def test_a_top_has_fallen_at_the_tilt_of_the_page_and_not_below():
     rng, pair = np.random.default_rng(14), Pair(tops.PivotTop)
     for tilt in (0.499, 0.5001):  # within a step it grows by less than 1e-3
         pair.reset(rng, top(tilt, (0.0, 0.0, 0.0)))
@@ -364,7 +356,7 @@ def test_a_top_has_fallen_at_the_tilt_of_the_page_and_not_below() -> None:
 
 
 @pytest.mark.parametrize(("kind", "frame"), in_frames(tops.PivotTop))
-def test_an_episode_ends_when_the_pivot_leaves_the_arena(kind: type[Page], frame: str) -> None:
+def test_an_episode_ends_when_the_pivot_leaves_the_arena(kind, frame):
     rng, pair = np.random.default_rng(10), Pair(kind, frame=frame, fall=3.0)
     pair.reset(rng, top(0.02, (0.0, 0.0, 3.0), 3.0, 3.0, 1.0, 2.0))
     outcomes = pair.shake(rng, 1000)
@@ -376,7 +368,7 @@ def test_an_episode_ends_when_the_pivot_leaves_the_arena(kind: type[Page], frame
 
 @pytest.mark.parametrize(("kind", "frame"), in_frames(*tops.KINDS))
 @pytest.mark.parametrize("spin", [0.0, 2.0, -2.0])
-def test_an_upright_top_has_a_frame(kind: type[Page], frame: str, spin: float) -> None:
+def test_an_upright_top_has_a_frame(kind, frame, spin):
     rng, pair = np.random.default_rng(12), Pair(kind, frame=frame)
     pair.reset(rng, top(0.0, (0.0, 0.0, spin)))
     # without spin, rounding of omega3 decides on the side of y after the first step
@@ -390,7 +382,7 @@ KINDS = bodies.KINDS + tops.KINDS
 each = pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
 
 
-def cases() -> Iterator[Any]:
+def cases():
     """Pages and arguments; delays and reduced frames, which are other kernels, of few."""
     for kind in KINDS:
         ranges = {"I1": (0.9, 1.1), "I2": (1.5, 1.7), "I3": (2.1, 2.3)}
@@ -412,7 +404,7 @@ def cases() -> Iterator[Any]:
 
 
 @pytest.mark.parametrize(("kind", "arguments"), list(cases()))
-def test_arguments_do_the_same(kind: type[Page], arguments: dict[str, Any]) -> None:
+def test_arguments_do_the_same(kind, arguments):
     rng, pair = np.random.default_rng(3), Pair(kind, **arguments)
     for _ in range(2):
         pair.reset(rng)
@@ -420,7 +412,7 @@ def test_arguments_do_the_same(kind: type[Page], arguments: dict[str, Any]) -> N
 
 
 @each
-def test_default_substeps_do_nearly_the_same(kind: type[Page]) -> None:
+def test_default_substeps_do_nearly_the_same(kind):
     rng, page = np.random.default_rng(2), kind()
     rate = 6.0 if kind in tops.KINDS else 4.0
     # Fourth order: (rate times step)^4 per radian that it turns, at the largest rate [rad/s].
@@ -431,7 +423,7 @@ def test_default_substeps_do_nearly_the_same(kind: type[Page]) -> None:
 
 
 @each
-def test_episodes_end_when_the_page_says(kind: type[Page]) -> None:
+def test_episodes_end_when_the_page_says(kind):
     (n,) = re.findall(r"After (\d+) steps", (PAGES / f"{kind.__name__}.md").read_text())
     env = environment(kind.__name__)
     upright = {"state": {"q": [1, 0, 0, 0], "omega_body": [0, 0, 6]}}
@@ -442,7 +434,7 @@ def test_episodes_end_when_the_page_says(kind: type[Page]) -> None:
 
 
 @each
-def test_random_actions_do_the_same(kind: type[Page]) -> None:
+def test_random_actions_do_the_same(kind):
     rng, pair = np.random.default_rng(0), Pair(kind)
     pair.reset(rng)
     clipped = [outcome.info["action_clipped"] for outcome in pair.shake(rng, 40)]
@@ -450,9 +442,9 @@ def test_random_actions_do_the_same(kind: type[Page]) -> None:
 
 
 @each
-def test_defaults_are_those_of_the_page(kind: type[Page]) -> None:
+def test_defaults_are_those_of_the_page(kind):
     name, ours = kind.__name__, kind.defaults()
-    envs: list[Any] = [environment(name), environment(name, **ours)]
+    envs = [environment(name), environment(name, **ours)]
     for env in envs:
         env.reset(seed=21)
     for _ in range(10):
@@ -465,7 +457,7 @@ def test_defaults_are_those_of_the_page(kind: type[Page]) -> None:
 @pytest.mark.long
 @each
 @pytest.mark.parametrize("frame", ["world", "reduced"])
-def test_longer_episodes_do_the_same(kind: type[Page], frame: str) -> None:
+def test_longer_episodes_do_the_same(kind, frame):
     pair = Pair(kind, frame=frame)
     for seed in range(10):
         rng = np.random.default_rng(100 + seed)

@@ -10,7 +10,6 @@ from scipy.stats import ks_2samp, kstest
 
 from rigid_envs.base.checks import Array
 from tests.from_pages import balls, bodies, pushed_balls, tops, wheels
-from tests.from_pages.model import Model, Page
 from tests.from_pages.side_by_side import (
     actions,
     alike,
@@ -36,14 +35,14 @@ FEW, MANY = 4, 32
 DISK_ERROR = {n: 200.0 * (5.0 * 0.05 / n) ** 4 for n in (FEW, MANY)}  # 3e-3 and 8e-7
 
 
-def on_rim(env: Any, model: DiskRoll, rng: np.random.Generator, seed: int, **more: Any) -> None:
+def on_rim(env, model, rng, seed, **more):
     """Begin an episode with a start of ours and a goal of theirs."""
     observed = started(env, model, rng, seed, **more)
     alike(observed, model.observe(), EXACT)
 
 
 long = pytest.mark.long  # a reduced frame with a delay is a kernel of its own
-DISKS: list[Any] = [
+DISKS = [
     (DiskRoll, {}),
     (DiskRollRandom, {}),
     (DiskRoll, {"n_substeps": FEW}),
@@ -57,14 +56,14 @@ DISKS: list[Any] = [
 
 
 @pytest.mark.parametrize(("kind", "settings"), DISKS)
-def test_a_disk_does_what_its_page_says(kind: type[DiskRoll], settings: dict[str, Any]) -> None:
+def test_a_disk_does_what_its_page_says(kind, settings):
     settings = {"n_substeps": MANY, **settings}
     tolerance = DISK_ERROR[settings["n_substeps"]]
     play_many(kind, 35, tolerance, n=3, at_start=EXACT, **settings)
 
 
 @pytest.mark.parametrize("frame", ["world", "reduced"])
-def test_a_wheels_backwards_or_spins_on_the_spot_does_what_its_page_says(frame: str) -> None:
+def test_a_wheels_backwards_or_spins_on_the_spot_does_what_its_page_says(frame):
     env, model = both(DiskRoll, n_substeps=MANY, frame=frame)
     rng = np.random.default_rng(2)
     for omega in ([0.1, 0.2, -1.5], [1.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1e-6]):
@@ -73,7 +72,7 @@ def test_a_wheels_backwards_or_spins_on_the_spot_does_what_its_page_says(frame: 
     play(env, model, actions(rng, 20, 1), DISK_ERROR[MANY])
 
 
-def test_a_disk_has_fallen_at_60_degrees() -> None:
+def test_a_disk_has_fallen_at_60_degrees():
     env, model = both(DiskRoll, n_substeps=MANY, hold=0.0)
     rng = np.random.default_rng(3)
     for seed in range(2):
@@ -85,7 +84,7 @@ def test_a_disk_has_fallen_at_60_degrees() -> None:
 
 
 @pytest.mark.parametrize("hold", [0.0, 0.1, 0.12])
-def test_a_disk_holds_its_circle_for_the_time_that_the_page_says(hold: float) -> None:
+def test_a_disk_holds_its_circle_for_the_time_that_the_page_says(hold):
     env, model = both(DiskRoll, n_substeps=MANY, hold=hold, tolerance=0.9)
     rng, successes = np.random.default_rng(4), 0
     for seed in range(5):
@@ -103,7 +102,7 @@ ARCS = 50 * 30 * 3e-12
 # small as 1e-4 is magnified by 50 and more, for errors of 1e-15 per step.
 SHARP = 1e-10
 
-COINS: list[Any] = [
+COINS = [
     {},
     {"n_substeps": 1},
     *({"rotation": way} for way in ("rot6d", "none")),
@@ -116,16 +115,14 @@ COINS: list[Any] = [
 
 
 @pytest.mark.parametrize("settings", COINS)
-def test_a_coin_does_what_its_page_says(settings: dict[str, Any]) -> None:
+def test_a_coin_does_what_its_page_says(settings):
     settings = {"n_substeps": SPLIT, **settings}
     exact = EXACT if settings["n_substeps"] == SPLIT else ARCS
     play_many(CoinPark, 50, SHARP if "frame" in settings else exact, n=4, **settings)
 
 
 @pytest.mark.parametrize("rates", [{}, {"steer_rate": 2.0, "roll_rate": -3.0}])
-def test_a_coin_is_parked_within_its_tolerances_and_not_beside_them(
-    rates: dict[str, float],
-) -> None:
+def test_a_coin_is_parked_within_its_tolerances_and_not_beside_them(rates):
     env, model = both(CoinPark)
     rng, successes = np.random.default_rng(7), 0
     for _ in range(60):
@@ -135,7 +132,7 @@ def test_a_coin_is_parked_within_its_tolerances_and_not_beside_them(
     assert 20 <= successes <= 58
 
 
-def test_a_coin_at_the_edge_of_the_tolerance_is_parked() -> None:
+def test_a_coin_at_the_edge_of_the_tolerance_is_parked():
     env, model = both(CoinPark, position_tolerance=0.5, heading_tolerance=0.3, phase_tolerance=0.3)
     for y, heading, phase, parked in (
         *((0.5, 0.1, -0.2, True), (-0.5, 0.1, -0.2, True)),
@@ -151,7 +148,7 @@ def test_a_coin_at_the_edge_of_the_tolerance_is_parked() -> None:
 ROUGH, FINE = 1, 16
 ROLLER_ERROR = {n: 40.0 * 1.7 * (1.7 * 0.1 / n) ** 4 for n in (ROUGH, FINE)}  # 6e-2 and 9e-7
 
-ROLLERS: list[Any] = [
+ROLLERS = [
     {},
     {"n_substeps": ROUGH},
     {"action_delay": 3, "weight_shortfall": 0.5},
@@ -163,14 +160,14 @@ ROLLERS: list[Any] = [
 
 
 @pytest.mark.parametrize("settings", ROLLERS)
-def test_a_roller_does_what_its_page_says(settings: dict[str, Any]) -> None:
+def test_a_roller_does_what_its_page_says(settings):
     settings = {"n_substeps": FINE, **settings}
     tolerance = ROLLER_ERROR[settings["n_substeps"]]
     play_many(RollPump, 60, tolerance, n=3, at_start=EXACT, **settings)
 
 
 @pytest.mark.parametrize("frame", ["world", "reduced"])
-def test_a_roller_that_pumps_passes_the_rim(frame: str) -> None:
+def test_a_roller_that_pumps_passes_the_rim(frame):
     env, model = both(RollPump, n_substeps=FINE, start_part=0.8, frame=frame)
     rng, successes = np.random.default_rng(10), 0
     for velocity in (0.0, 3.0, -5.0):
@@ -181,7 +178,7 @@ def test_a_roller_that_pumps_passes_the_rim(frame: str) -> None:
     assert successes == 3
 
 
-def test_a_disk_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
+def test_a_disk_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward():
     env, model = both(DiskRoll)
     rng, ended = np.random.default_rng(12), 0
     for k, spin in enumerate(np.linspace(26.0, 26.8, 12)):
@@ -191,7 +188,7 @@ def test_a_disk_that_is_too_fast_for_the_integrator_ends_the_episode_without_rew
     assert 0 < ended < 12
 
 
-def test_a_roller_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward() -> None:
+def test_a_roller_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward():
     env, model = both(RollPump)
     ended = 0
     for speed in np.linspace(24.6, 24.99, 8):
@@ -202,7 +199,7 @@ def test_a_roller_that_is_too_fast_for_the_integrator_ends_the_episode_without_r
 
 
 # As above; a disk that falls turns at up to 10 rad/s, not 5.
-WIDE: list[tuple[type[Model], int, int, float]] = [
+WIDE = [
     (DiskRoll, MANY, 60, 16.0 * DISK_ERROR[MANY]),
     (DiskRollRandom, MANY, 60, 16.0 * DISK_ERROR[MANY]),
     (CoinPark, SPLIT, 100, SHARP),
@@ -213,9 +210,7 @@ WIDE: list[tuple[type[Model], int, int, float]] = [
 @pytest.mark.long
 @pytest.mark.parametrize("frame", ["world", "reduced"])
 @pytest.mark.parametrize(("kind", "n_substeps", "steps", "tolerance"), WIDE)
-def test_many_episodes_are_what_the_page_says(
-    kind: type[Model], n_substeps: int, steps: int, tolerance: float, frame: str
-) -> None:
+def test_many_episodes_are_what_the_page_says(kind, n_substeps, steps, tolerance, frame):
     # roots of the coin that are not rounded off, of 1e-8
     tolerance *= 1e4 if kind is CoinPark and frame == "reduced" else 1.0
     play_many(kind, steps, tolerance, n_substeps=n_substeps, frame=frame)
@@ -224,7 +219,7 @@ def test_many_episodes_are_what_the_page_says(
 # Episodes begin as the pages say: starts, and what is seen first, are distributed as theirs.
 
 
-KINDS: tuple[type[Model], ...] = (
+KINDS = (
     *bodies.KINDS,
     *tops.KINDS,
     *(balls.BallPark, balls.BallParkRandom, balls.BallReorient, balls.BallParkGoal),
@@ -234,7 +229,7 @@ KINDS: tuple[type[Model], ...] = (
 N = 2000
 
 
-def row(*parts: Any) -> Array:
+def row(*parts):
     """All numbers but those of quaternions, whose sign has no meaning: they are seen as matrices.
 
     To six places: what is one number but for rounding is one.
@@ -246,8 +241,8 @@ def row(*parts: Any) -> Array:
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-def test_episodes_begin_as_the_page_says(kind: type[Model]) -> None:
-    shown: dict[str, Any] = {"observe_params": True}
+def test_episodes_begin_as_the_page_says(kind):
+    shown = {"observe_params": True}
     if kind.defaults()["rotation"] == "none" and kind is not wheels.RollPump:
         shown["rotation"] = "matrix"
     model, rng = kind(**shown), np.random.default_rng(7)
@@ -273,7 +268,7 @@ def test_episodes_begin_as_the_page_says(kind: type[Model]) -> None:
 
 
 @cache
-def theirs(kind: type[Page]) -> tuple[Array, Array, Array]:
+def theirs(kind):
     """States, parameters and what is kept beside them, of starts of the environment."""
     y, _, envs = drawn(kind, seed=11)
     state = envs.unwrapped.get_state()
@@ -282,18 +277,18 @@ def theirs(kind: type[Page]) -> tuple[Array, Array, Array]:
     return y, state["parameters"][:, columns], state.get("aux", np.empty((len(y), 0)))
 
 
-def off_the_spin(page: Page, y: Array, aux: Array) -> Array:
+def off_the_spin(page, y, aux):
     away = np.linalg.norm(y[:, 4:7] - [0, page.spin_rate, 0], axis=1)
     return np.asarray(away / page.start_spread) ** 3
 
 
-def tilt(page: Page, y: Array, aux: Array) -> Array:
+def tilt(page, y, aux):
     low = 1 / 3 if isinstance(page, tops.PivotTop) else 0.0
     tilted = np.arccos(1 - 2 * (y[:, 1] ** 2 + y[:, 2] ** 2)) / page.start_tilt
     return np.asarray((tilted - low) / (1 - low))
 
 
-def spin(page: Page, y: Array, aux: Array) -> Array:
+def spin(page, y, aux):
     """In critical spins."""
     if isinstance(page, tops.PivotTop):
         low, high = 0.3 * page.start_spin, page.start_spin
@@ -304,16 +299,16 @@ def spin(page: Page, y: Array, aux: Array) -> Array:
     return np.asarray((y[:, 6] / page.critical() - low) / (high - low))
 
 
-def rate_across(page: Page, y: Array, aux: Array) -> Array:
+def rate_across(page, y, aux):
     return np.asarray(np.hypot(y[:, 4], y[:, 5]) / page.start_rate) ** 2
 
 
-def between(values: Array, low: float, high: float) -> Array:
+def between(values, low, high):
     return np.asarray((values - low) / (high - low))
 
 
 Share = Callable[[Any, Array, Array], Array]
-SHARES: list[tuple[type[Page], Share]] = [
+SHARES = [
     *((kind, off_the_spin) for kind in (*bodies.KINDS[:3:2], bodies.AxisFlip)),
     (bodies.SpinCapture, lambda p, y, _: between(np.linalg.norm(y[:, 4:7], axis=1), *p.start_rate)),
     (
@@ -333,7 +328,7 @@ SHARES: list[tuple[type[Page], Share]] = [
 
 
 @pytest.mark.parametrize(("kind", "share"), SHARES)
-def test_starts_fill_the_ranges_of_the_page_evenly(kind: type[Page], share: Share) -> None:
+def test_starts_fill_the_ranges_of_the_page_evenly(kind, share):
     (y, parameters, aux), page = theirs(kind), kind()
     if kind in tops.KINDS:
         page.parameters = dict(zip(kind.physical, parameters.T, strict=True))

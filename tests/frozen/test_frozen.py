@@ -25,13 +25,13 @@ REDUCED = (pytest.mark.long, pytest.mark.push)
         for case in CASES
     ],
 )
-def test_a_published_id_keeps_its_bits(env_id: str, frame: str) -> None:
+def test_a_published_id_keeps_its_bits(env_id, frame):
     frozen = stored().get(env_id, {}).get(frame)
     assert frozen, f"{env_id}, {frame}: not frozen yet; run python -m tests.frozen"
     assert computed(env_id, frame) == frozen, f"{env_id}, frame {frame}, is another: {MEND}"
 
 
-def test_no_published_id_has_gone() -> None:
+def test_no_published_id_has_gone():
     assert {(env_id, frame) for env_id, frames in stored().items() for frame in frames} == {*CASES}
 
 
@@ -44,18 +44,18 @@ def test_no_published_id_has_gone() -> None:
         {"rotation": "quat"},
     ],
 )
-def test_a_change_of_reward_dynamics_end_or_space_is_noticed(change: dict[str, float]) -> None:
+def test_a_change_of_reward_dynamics_end_or_space_is_noticed(change):
     assert fingerprint("RigidEnvs/BallPark-v0", **change) != computed(
         "RigidEnvs/BallPark-v0", "world"
     )
 
 
-def test_environments_of_others_have_one_too() -> None:
+def test_environments_of_others_have_one_too():
     first, *others = (fingerprint("Pendulum-v1", **gravity) for gravity in ({}, {}, {"g": 9.81}))
     assert [found == first for found in others] == [True, False]
 
 
-def test_actions_without_bounds_are_refused() -> None:
+def test_actions_without_bounds_are_refused():
     class Unbounded(gym.Env):
         observation_space = spaces.Discrete(2)
         action_space = spaces.Box(-float("inf"), float("inf"), (1,))

@@ -1,14 +1,12 @@
 """Every figure of the gallery and its motion: its numbers hold, and it is the same each time."""
 
 import struct
-from collections.abc import Iterable
 from typing import Any, cast
 
 import numpy as np
 import pytest
 from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from rigid_envs.base.checks import ConfigError, one_named
 from rigid_envs.tools.gallery import FIGURES, compose, make, write_figures
@@ -17,17 +15,15 @@ from rigid_envs.watch.figures import DPI, STYLE, Match
 
 pytestmark = pytest.mark.long
 
-Drawn = tuple[Figure, tuple[Match, ...], FigureCanvasAgg]
 
-
-def each(names: Iterable[str]) -> list[Any]:
+def each(names):
     """Names, of which the first one is looked at at every push."""
     first, *others = names
     return [pytest.param(first, marks=pytest.mark.push), *others]
 
 
 @pytest.fixture(scope="module", params=each(FIGURES))
-def drawn(request: pytest.FixtureRequest) -> Drawn:
+def drawn(request):
     with rc_context(cast(Any, STYLE)):
         figure, numbers = compose(FIGURES[request.param])
         canvas = FigureCanvasAgg(figure)
@@ -35,14 +31,14 @@ def drawn(request: pytest.FixtureRequest) -> Drawn:
     return figure, numbers, canvas
 
 
-def test_numbers_lie_within_their_bounds_of_the_closed_form(drawn: Drawn) -> None:
+def test_numbers_lie_within_their_bounds_of_the_closed_form(drawn):
     _, numbers, _ = drawn
     assert numbers
     for number in numbers:
         assert number.holds, str(number)
 
 
-def test_nothing_is_cut_off_by_the_edge_of_the_picture(drawn: Drawn) -> None:
+def test_nothing_is_cut_off_by_the_edge_of_the_picture(drawn):
     """A margin of three pixels is white, and title, numbers and legend lie inside."""
     figure, _, canvas = drawn
     pixels = np.asarray(canvas.buffer_rgba())[..., :3]
@@ -55,7 +51,7 @@ def test_nothing_is_cut_off_by_the_edge_of_the_picture(drawn: Drawn) -> None:
         assert 0 < box.y0 and box.y1 < figure.bbox.y1, artist
 
 
-def test_panels_do_not_cover_each_other_or_the_numbers(drawn: Drawn) -> None:
+def test_panels_do_not_cover_each_other_or_the_numbers(drawn):
     figure, _, canvas = drawn
     boxes = [axes.get_tightbbox(canvas.get_renderer()) for axes in figure.axes]
     boxes += [legend.get_window_extent() for legend in figure.legends]
@@ -67,7 +63,7 @@ def test_panels_do_not_cover_each_other_or_the_numbers(drawn: Drawn) -> None:
             assert min(across, along) < 5.0, (first, second)
 
 
-def test_pictures_have_their_size_and_are_the_same_bytes_each_time() -> None:
+def test_pictures_have_their_size_and_are_the_same_bytes_each_time():
     entry = FIGURES["race"]
     first, second = make(entry), make(entry)
     assert (first.png, first.svg) == (second.png, second.svg)
@@ -76,7 +72,7 @@ def test_pictures_have_their_size_and_are_the_same_bytes_each_time() -> None:
     assert first.svg.startswith(b"<?xml")
 
 
-def test_texts_say_what_law_and_source_are_and_commands_name_the_figure() -> None:
+def test_texts_say_what_law_and_source_are_and_commands_name_the_figure():
     for name, entry in FIGURES.items():
         assert entry.caption.endswith("."), name
         assert entry.law and entry.source and not entry.source.endswith("."), name
@@ -84,13 +80,13 @@ def test_texts_say_what_law_and_source_are_and_commands_name_the_figure() -> Non
         assert entry.size[0] == 7.2, "all figures have one width"
 
 
-def test_a_number_that_is_beyond_its_bound_or_no_number_does_not_hold() -> None:
+def test_a_number_that_is_beyond_its_bound_or_no_number_does_not_hold():
     assert Match("x", 1.0, 1.1, 0.2).holds
     assert not Match("x", 1.0, 1.3, 0.2).holds
     assert not Match("x", float("nan"), 1.0, 0.2).holds
 
 
-def test_names_that_are_no_figure_are_refused_with_the_nearest() -> None:
+def test_names_that_are_no_figure_are_refused_with_the_nearest():
     assert one_named("flip", FIGURES, "figure") == "flip"
     with pytest.raises(ConfigError, match=r"figure = 'flips'; .* did you mean 'flip'\?"):
         one_named("flips", FIGURES, "figure")

@@ -4,7 +4,6 @@ import json
 import re
 import sys
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -17,7 +16,6 @@ from rigid_envs.tools.gallery import DATA, FIGURES, SOURCES, Made, page
 from rigid_envs.tools.pages.films import MAX_BYTES, SHEET, sources_hash, stale_films, with_table
 from rigid_envs.tools.pages.writing import film_of
 from rigid_envs.watch.figures import Match
-from tests.fixtures import Capture, Patch
 from tests.programs import printed
 
 ROOT = Path(__file__).parents[2]
@@ -25,18 +23,18 @@ DOCS = ROOT / "docs" / "gallery"
 
 
 @pytest.fixture(scope="module")
-def document() -> dict[str, Any]:
-    loaded: dict[str, Any] = json.loads((DOCS / DATA).read_text())
+def document():
+    loaded = json.loads((DOCS / DATA).read_text())
     return loaded
 
 
-def test_pictures_are_as_new_as_what_draws_them(document: dict[str, Any]) -> None:
+def test_pictures_are_as_new_as_what_draws_them(document):
     assert document["sources"] == sources_hash(*SOURCES), (
         "what draws figures has changed: run `rigid-envs gallery --docs docs/gallery`"
     )
 
 
-def test_page_is_that_of_the_data_and_names_every_figure(document: dict[str, Any]) -> None:
+def test_page_is_that_of_the_data_and_names_every_figure(document):
     text = (ROOT / "docs" / "gallery.md").read_text()
     assert text == page(document, "gallery")
     assert [figure["name"] for figure in document["figures"]] == list(FIGURES)
@@ -45,7 +43,7 @@ def test_page_is_that_of_the_data_and_names_every_figure(document: dict[str, Any
         assert entry.caption in text and entry.law in text and entry.command in text
 
 
-def test_data_holds_numbers_within_bounds_and_provenance(document: dict[str, Any]) -> None:
+def test_data_holds_numbers_within_bounds_and_provenance(document):
     assert {"versions", "kernel_hash", "git_commit"} <= document["provenance"].keys()
     assert "matplotlib" in document["provenance"]["versions"]
     for figure in document["figures"]:
@@ -53,13 +51,13 @@ def test_data_holds_numbers_within_bounds_and_provenance(document: dict[str, Any
         assert all(number["holds"] for number in figure["numbers"]), figure["name"]
 
 
-def test_pictures_are_there_and_small() -> None:
+def test_pictures_are_there_and_small():
     files = {path.name for path in DOCS.iterdir()}
     assert files == {DATA, gallery.SHEET, *(f"{name}.png" for name in FIGURES)}
     assert sum(path.stat().st_size for path in DOCS.iterdir()) < 3_000_000
 
 
-def test_list_names_every_figure_and_imports_no_matplotlib() -> None:
+def test_list_names_every_figure_and_imports_no_matplotlib():
     report = (
         "import sys; from rigid_envs.tools.cli import main; status = main(['gallery', '--list']); "
         "assert 'matplotlib' not in sys.modules; sys.exit(status)"
@@ -69,7 +67,7 @@ def test_list_names_every_figure_and_imports_no_matplotlib() -> None:
         assert f"{name} " in said and entry.title in said
 
 
-def test_command_writes_pictures_and_data(tmp_path: Path, capsys: Capture) -> None:
+def test_command_writes_pictures_and_data(tmp_path, capsys):
     folder = tmp_path / "new" / "figures"
     assert main(["gallery", "race", "chandler", "--out", str(folder)]) == 0
     assert "written to" in capsys.readouterr().out
@@ -93,14 +91,12 @@ def test_command_writes_pictures_and_data(tmp_path: Path, capsys: Capture) -> No
         (["--frames", "3"], "argument = '--frames'"),
     ],
 )
-def test_wrong_words_are_refused(words: list[str], complaint: str, capsys: Capture) -> None:
+def test_wrong_words_are_refused(words, complaint, capsys):
     assert main(["gallery", *words]) == 2
     assert complaint in capsys.readouterr().err
 
 
-def test_a_number_beyond_its_bound_fails_the_command(
-    tmp_path: Path, capsys: Capture, monkeypatch: Patch
-) -> None:
+def test_a_number_beyond_its_bound_fails_the_command(tmp_path, capsys, monkeypatch):
     good, bad = (Match("drift", error, 0.0, 1.0) for error in (0.5, 1.5))
     made = {
         "race": Made(FIGURES["race"], b"", b"", (good, good)),
@@ -115,9 +111,7 @@ def test_a_number_beyond_its_bound_fails_the_command(
         assert ("\nbeyond their bounds: chandler\n" in said) == bool(status)
 
 
-def test_command_without_matplotlib_says_how_to_install_it(
-    tmp_path: Path, capsys: Capture, monkeypatch: Patch
-) -> None:
+def test_command_without_matplotlib_says_how_to_install_it(tmp_path, capsys, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["gallery", "race", "--out", str(tmp_path)]) == 1  # as for every missing package
     assert 'pip install "rigid-envs[render]"' in capsys.readouterr().err
@@ -190,7 +184,7 @@ def test_code_of_the_guide_runs(tmp_path, monkeypatch):
     blocks = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
     assert blocks
     for block in blocks:
-        names: dict[str, object] = {}
+        names = {}
         exec(block, names)
         assert names["picture"].shape == (480, 480, 3)
         assert names["second"].shape == (480, 480, 3)

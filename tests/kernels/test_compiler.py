@@ -9,13 +9,10 @@ import random
 import re
 import shutil
 import stat
-import subprocess
 import sysconfig
 import tomllib
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 import llvmlite
 import numba
@@ -25,7 +22,6 @@ from numba.core.registry import cpu_target
 import rigid_envs
 from rigid_envs import engine as numba_version
 from rigid_envs.engine import compiler as cache
-from tests.fixtures import Log, Patch
 from tests.programs import python
 
 # Compiled code is kept in a private folder of its own sources, and is never stale.
@@ -50,9 +46,7 @@ def rotate(q, v):
 """
 
 
-def program(
-    code: str, cache: Path, *words: str, source: Path | None = None, **environment: str
-) -> subprocess.CompletedProcess[str]:
+def program(code, cache, *words, source=None, **environment):
     """A finished program, with a cache folder, of the package or of a copy of it."""
     where = {"PYTHONPATH": str(source)} if source else {}
     environment |= {"NUMBA_CACHE_DIR": str(cache), **where}
@@ -61,24 +55,24 @@ def program(
     return done
 
 
-def report(cache: Path, **more: Any) -> Any:
+def report(cache, **more):
     """The finished program REPORT."""
     return program(REPORT, cache, **more)
 
 
-def found(done: Any) -> tuple[float, int, str]:
+def found(done):
     """Momentum, number of kernels loaded from the cache, and where that is."""
     momentum, hits, path = done.stdout.split(maxsplit=2)
     return float(momentum), int(hits), path.strip()
 
 
-def run(source: Path, cache: Path) -> tuple[float, int, str]:
+def run(source, cache):
     """What REPORT says of a copy of the package."""
     return found(report(cache, source=source))
 
 
 @pytest.fixture
-def source(tmp_path: Path) -> Path:
+def source(tmp_path):
     """A checkout with a copy of the package."""
     ignore = shutil.ignore_patterns("__pycache__")
     shutil.copytree(Path(rigid_envs.__file__).parent, tmp_path / "src/rigid_envs", ignore=ignore)
@@ -88,8 +82,8 @@ def source(tmp_path: Path) -> Path:
 @pytest.mark.long
 @pytest.mark.push
 def test_an_edited_helper_is_compiled_anew_and_an_edited_docstring_or_comment_compiles_nothing(
-    source: Path, tmp_path: Path
-) -> None:
+    source, tmp_path
+):
     cache, helper = tmp_path / "cache", source / "rigid_envs/engine/algebra.py"
     cold = run(source, cache)
     assert cold[:2] == (3.0, 0) and Path(cold[2]).is_relative_to(cache / "rigid-envs")
@@ -105,9 +99,7 @@ def test_an_edited_helper_is_compiled_anew_and_an_edited_docstring_or_comment_co
 
 
 @pytest.mark.parametrize("base", ["file", pytest.param("file/below", marks=pytest.mark.long)])
-def test_without_a_place_to_keep_them_kernels_are_compiled_per_process(
-    source: Path, tmp_path: Path, base: str
-) -> None:
+def test_without_a_place_to_keep_them_kernels_are_compiled_per_process(source, tmp_path, base):
     (tmp_path / "file").touch()  # where a folder is needed: unwritable even for root
     assert run(source, tmp_path / base)[:2] == (3.0, 0)
 
@@ -118,7 +110,7 @@ SMALL_FILES = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (1024,
 
 @pytest.mark.long
 @pytest.mark.push
-def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
+def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path):
     done = program(f"{SMALL_FILES}\n{REPORT}", tmp_path)
     assert found(done)[:2] == (3.0, 0)
     assert "compiled code cannot be kept in" in done.stderr
@@ -129,7 +121,7 @@ def test_a_full_disk_costs_the_cache_and_nothing_else(tmp_path: Path) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("size", [300, 0])
-def test_a_damaged_file_is_compiled_anew(tmp_path: Path, size: int) -> None:
+def test_a_damaged_file_is_compiled_anew(tmp_path, size):
     report(tmp_path)
     (path,) = tmp_path.rglob("*.nbc")
     path.write_bytes(path.read_bytes()[:size])
@@ -140,59 +132,57 @@ def test_a_damaged_file_is_compiled_anew(tmp_path: Path, size: int) -> None:
     assert found(report(tmp_path))[:2] == (3.0, 1)
 
 
-def flip(path: Path, bit: int) -> None:
+def flip(path, bit):
     """Flip one bit of a file."""
     data = bytearray(path.read_bytes())
     data[bit // 8] ^= 1 << bit % 8
     path.write_bytes(data)
 
 
-def bits(path: Path, count: int, seed: int) -> list[int]:
+def bits(path, count, seed):
     """Some of the bits of a file."""
     return random.Random(seed).sample(range(8 * path.stat().st_size), count)
 
 
-def twice(x: float) -> float:
+def twice(x):
     return x + x
 
 
-def square(x: float) -> float:
+def square(x):
     return x * x
 
 
 class Kept:
     """A small kernel in a cache folder; each `load` is that of a new process."""
 
-    def __init__(self, folder: Path, function: Any = twice) -> None:
+    def __init__(self, folder, function=twice):
         self._folder, self._function = folder, function
         self.compile()
         (self.path,) = folder.glob(f"{function.__name__}-*.nbc")
 
-    def _kernel(self) -> Any:
+    def _kernel(self):
         kernel = numba.njit(self._function)
         kernel._cache = cache.KernelCache(self._folder, self._function.__name__)
         return kernel
 
-    def compile(self) -> None:
+    def compile(self):
         """Compile the kernel, and keep it."""
         assert self._kernel()(3.0) == self._function(3.0)
 
-    def load(self) -> Any:
+    def load(self):
         """What is loaded from the folder."""
         kernel = self._kernel()
         return kernel._cache.load_overload((numba.float64,), kernel.targetctx)
 
 
 @pytest.fixture
-def said(caplog: Log, monkeypatch: Patch) -> Callable[[], str]:
+def said(caplog, monkeypatch):
     """What is said of files from here on, as in a new process."""
     monkeypatch.setattr(cache, "_said", set())
     return lambda: "\n".join(record.getMessage() for record in caplog.records)
 
 
-def test_of_200_flipped_bits_none_is_loaded_and_one_warning_says_so(
-    tmp_path: Path, said: Callable[[], str]
-) -> None:
+def test_of_200_flipped_bits_none_is_loaded_and_one_warning_says_so(tmp_path, said):
     kept = Kept(tmp_path)
     assert kept.load().entry_point(3.0) == 6.0
     for bit in bits(kept.path, 200, seed=0):
@@ -218,8 +208,8 @@ OTHERS = {
 
 @pytest.mark.parametrize("other", OTHERS)
 def test_code_of_another_version_or_processor_is_not_loaded_whatever_its_name(
-    tmp_path: Path, monkeypatch: Patch, said: Callable[[], str], other: str
-) -> None:
+    tmp_path, monkeypatch, said, other
+):
     kept = Kept(tmp_path)
     place, name, value = OTHERS[other]
     change = monkeypatch.setitem if isinstance(place, dict) else monkeypatch.setattr
@@ -233,16 +223,14 @@ def test_code_of_another_version_or_processor_is_not_loaded_whatever_its_name(
     assert said().startswith("compiled code cannot be read in ") and said().count("\n") == 0
 
 
-def test_nor_is_that_of_another_kernel(tmp_path: Path, said: Callable[[], str]) -> None:
+def test_nor_is_that_of_another_kernel(tmp_path, said):
     kept = Kept(tmp_path)
     shutil.copy(Kept(tmp_path, square).path, kept.path)
     assert kept.load() is None
     assert "cannot be read" in said()
 
 
-def test_code_with_addresses_of_its_process_is_not_kept(
-    tmp_path: Path, said: Callable[[], str]
-) -> None:
+def test_code_with_addresses_of_its_process_is_not_kept(tmp_path, said):
     cosine = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_double)(("cos", ctypes.CDLL(None)))
     kernel = numba.njit(lambda x: cosine(x))
     kernel._cache = cache.KernelCache(tmp_path, "cosine")
@@ -264,7 +252,7 @@ print(digest.hexdigest())
 
 
 @pytest.mark.long
-def test_a_flipped_bit_in_every_file_changes_no_trajectory(tmp_path: Path) -> None:
+def test_a_flipped_bit_in_every_file_changes_no_trajectory(tmp_path):
     whole = program(PLAYED, tmp_path)
     files = sorted(tmp_path.rglob("*.nbc"))
     assert len(files) == 2 and not whole.stderr
@@ -280,7 +268,7 @@ def test_a_flipped_bit_in_every_file_changes_no_trajectory(tmp_path: Path) -> No
 
 
 @pytest.mark.long
-def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path: Path) -> None:
+def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path):
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(lambda _: report(tmp_path), range(4)))
     assert {found(done)[0] for done in together} == {3.0}
@@ -290,7 +278,7 @@ def test_processes_that_write_at_once_do_not_disturb_each_other(tmp_path: Path) 
 
 
 @pytest.mark.long
-def test_two_processors_share_a_home(tmp_path: Path) -> None:
+def test_two_processors_share_a_home(tmp_path):
     old = {"NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": ""}
     for hits in (0, 1):
         assert found(report(tmp_path))[:2] == (3.0, hits)
@@ -315,7 +303,7 @@ print(len({address_of(kernel, *rows) for kernel in kernels}))
 
 
 @pytest.mark.long
-def test_kernels_that_different_processes_have_compiled_are_not_mixed_up(tmp_path: Path) -> None:
+def test_kernels_that_different_processes_have_compiled_are_not_mixed_up(tmp_path):
     names = ("body", "top", "roller")
     for name in names:  # each is the first function that its process compiles
         assert int(program(PLACES, tmp_path, name).stdout) == 1
@@ -331,13 +319,13 @@ LOGGED = f"import logging; logging.basicConfig(level='INFO'); {RESET}"
 @pytest.mark.parametrize(
     ("code", "who"), [(RESET, "rigid-envs: "), (LOGGED, "INFO:rigid_envs.engine.compiler:")]
 )
-def test_it_is_said_what_is_compiled_before_it_is(code: str, who: str, tmp_path: Path) -> None:
+def test_it_is_said_what_is_compiled_before_it_is(code, who, tmp_path):
     said = "compiling systems.rolling_ball.tasks.ball_grid.reset, once: 1 to 6 s\n"
     assert program(code, tmp_path).stderr == who + said
     assert program(code, tmp_path).stderr == ""  # it is kept
 
 
-def folder(base: Path, monkeypatch: Patch) -> Path | None:
+def folder(base, monkeypatch):
     """The cache folder below a base, found afresh."""
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(base))
     return cache.cache_directory.__wrapped__()
@@ -394,14 +382,12 @@ print(left or "", gc.isenabled(), gc.get_freeze_count(), "scipy.linalg" in sys.m
 """
 
 
-def test_numba_is_left_as_it_was_and_loads_little_for_a_kernel_from_its_file(
-    tmp_path: Path,
-) -> None:
+def test_numba_is_left_as_it_was_and_loads_little_for_a_kernel_from_its_file(tmp_path):
     assert program(LEFT, tmp_path).stdout.split() == ["True", "0", "True"]
     assert program(LEFT, tmp_path).stdout.split() == ["True", "0", "False"]
 
 
-def test_what_the_user_has_frozen_is_not_collected_after_a_compilation() -> None:
+def test_what_the_user_has_frozen_is_not_collected_after_a_compilation():
     gc.freeze()
     try:
         with cache._no_collection():
@@ -419,7 +405,7 @@ PROJECT = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text
 INSTALL = f'pip install "{WANTED}"'
 
 
-def test_the_range_is_that_of_the_package_and_has_the_numba_of_this_run() -> None:
+def test_the_range_is_that_of_the_package_and_has_the_numba_of_this_run():
     assert "numba>={}.{},<{}.{}".format(*numba_version.OLDEST, *numba_version.NEXT) == WANTED
     assert numba_version.OLDEST <= numba.version_info.short < numba_version.NEXT
 
@@ -427,7 +413,7 @@ def test_the_range_is_that_of_the_package_and_has_the_numba_of_this_run() -> Non
 Version = tuple[int | None, ...]
 
 
-def check(version: Version, monkeypatch: Patch) -> None:
+def check(version, monkeypatch):
     """What an import of the kernels does with a version of numba."""
     monkeypatch.setattr(numba, "version_info", numba.version_info._replace(short=version))
     monkeypatch.setattr(numba, "__version__", "{}.{}.0".format(*version))
@@ -435,17 +421,15 @@ def check(version: Version, monkeypatch: Patch) -> None:
 
 
 @pytest.mark.parametrize("version", [(0, 61), (0, 68)])
-def test_of_a_numba_in_the_range_nothing_is_said(
-    version: Version, monkeypatch: Patch, caplog: Log
-) -> None:
+def test_of_a_numba_in_the_range_nothing_is_said(version, monkeypatch, caplog):
     check(version, monkeypatch)
     assert not caplog.records
 
 
 @pytest.mark.parametrize("version", [(0, 60), (0, 69), (1, 0), (None, None)])
 def test_another_one_that_has_all_that_is_needed_is_used_with_a_warning(
-    version: Version, monkeypatch: Patch, caplog: Log
-) -> None:
+    version, monkeypatch, caplog
+):
     check(version, monkeypatch)
     (record,) = caplog.records
     assert record.levelno == logging.WARNING
@@ -455,9 +439,9 @@ def test_another_one_that_has_all_that_is_needed_is_used_with_a_warning(
 
 @pytest.mark.parametrize("mistake", [AttributeError, ImportError, TypeError])
 def test_of_one_in_which_anything_is_missing_or_changed_a_sentence_says_what_to_install(
-    mistake: type[Exception], monkeypatch: Patch
-) -> None:
-    def fail(_name: str) -> None:
+    mistake, monkeypatch
+):
+    def fail(_name):
         raise mistake("no such part")
 
     monkeypatch.setattr(importlib, "import_module", fail)
@@ -476,7 +460,7 @@ import rigid_envs.engine.rows
 """
 
 
-def test_so_it_does_of_a_part_that_is_taken_from_this_one() -> None:
+def test_so_it_does_of_a_part_that_is_taken_from_this_one():
     last = python("-c", WITHOUT_A_PART).stderr.splitlines()[-1]
     assert last.startswith(f"ImportError: numba = 0.70.0; expected {WANTED}: {INSTALL} (")
     assert "JITCodeLibrary" in last

@@ -7,7 +7,6 @@ import re
 import shutil
 import sys
 from collections import Counter
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -37,7 +36,7 @@ ROUNDED = set(
 )
 
 
-def offences(source: str) -> list[str]:
+def offences(source):
     """Lines that break the rule, as ``line: what``."""
     found = []
     for node in _nodes(ast.parse(source)):
@@ -63,7 +62,7 @@ def offences(source: str) -> list[str]:
     return [f"{line}: {what}" for line, what in found]
 
 
-def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
+def _nodes(tree):
     """All nodes but those of yardsticks, which no step or reset looks at."""
     if not (isinstance(tree, ast.FunctionDef) and tree.name == "lower_bound"):
         yield tree
@@ -71,13 +70,13 @@ def _nodes(tree: ast.AST) -> Iterator[ast.AST]:
             yield from _nodes(child)
 
 
-def _is_integer(node: ast.expr) -> bool:
+def _is_integer(node):
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         node = node.operand
     return isinstance(node, ast.Constant) and isinstance(node.value, int)
 
 
-def test_every_file_with_compiled_functions_is_one_of_the_compiled_sources() -> None:
+def test_every_file_with_compiled_functions_is_one_of_the_compiled_sources():
     compiles = re.compile(r"^@(instruction|kernel|phase|routine|scalar)\b|\bkernel\(", re.MULTILINE)
     files = [path for path in PACKAGE.rglob("*.py") if not path.name.startswith("test_")]
     compiling = {path for path in files if compiles.search(path.read_text("utf-8"))}
@@ -147,7 +146,7 @@ ARITHMETIC = re.compile(r"^\s+v?(?:add|sub|mul|div|sqrt|fn?m(?:add|sub)\d*)(pd|s
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["IntermediateAxis", "BallPark", "SleepingTop", "DiskRoll"])
-def test_the_arithmetic_of_a_step_is_packed(name: str, tmp_path: Path) -> None:
+def test_the_arithmetic_of_a_step_is_packed(name, tmp_path):
     code = printed("-c", PROGRAM, f"RigidEnvs/{name}-v0", NUMBA_CACHE_DIR=str(tmp_path))
     found = Counter(ARITHMETIC.findall(code))
     # Each loop has a form for vectors and one for the last rows of a block, of as many
@@ -196,7 +195,7 @@ AT_EVERY_PUSH = (
 )
 
 
-def environment(target: str, cache: Path) -> dict[str, str]:
+def environment(target, cache):
     """Environment variables that make Numba compile for a target."""
     name, changes = TARGETS[target]
     host = binding.get_host_cpu_features()
@@ -211,12 +210,12 @@ def environment(target: str, cache: Path) -> dict[str, str]:
     return variables
 
 
-def has_fma(target: str) -> bool:
+def has_fma(target):
     name, changes = TARGETS[target]
     return name != "nehalem" and changes != "-fma" and binding.get_host_cpu_features()["fma"]
 
 
-def report(target: str, ids: list[str], cache: Path) -> dict:
+def report(target, ids, cache):
     """What `fingerprint` prints when it is compiled for a target; kernels of old code are removed.
 
     Every target has a cache folder of its own, kept between runs.
@@ -228,7 +227,7 @@ def report(target: str, ids: list[str], cache: Path) -> dict:
     return json.loads(printed(*words, cwd=ROOT, **environment(target, cache)))
 
 
-def check(shares: dict[str, list[str]], cache: Path) -> None:
+def check(shares, cache):
     """Two targets at a time; all must agree with this machine, and call nothing they may not."""
     folders = [cache / target.replace(", ", "-").replace(" ", "-") for target in shares]
     with ThreadPoolExecutor(2) as pool:
@@ -241,16 +240,16 @@ def check(shares: dict[str, list[str]], cache: Path) -> None:
         assert found["symbols"] == ([] if has_fma(target) else ["fma"]), target
 
 
-def models() -> list[str]:
+def models():
     """The first environment of each system and kind of action and observation."""
-    kinds: dict[object, str] = {}
+    kinds = {}
     for env_id in IDS:
         task = task_of(env_id)
         kinds.setdefault((task.system_type, task.n_choices > 0, task.n_goal > 0), env_id)
     return list(kinds.values())
 
 
-def dealt() -> dict[str, list[str]]:
+def dealt():
     """Some of the models for each target, and a target for each of them."""
     step = len(AT_EVERY_PUSH)
     return {target: models()[k::step] for k, target in enumerate(AT_EVERY_PUSH)}
@@ -259,7 +258,7 @@ def dealt() -> dict[str, list[str]]:
 @emulated
 @pytest.mark.push
 @pytest.mark.long  # it compiles for a minute and a half
-def test_same_bits_without_libm_on_different_processors(pytestconfig: pytest.Config) -> None:
+def test_same_bits_without_libm_on_different_processors(pytestconfig):
     shares = dealt()
     assert all(shares.values())
     check(shares, pytestconfig.cache.mkdir("cpu_targets"))
@@ -267,6 +266,6 @@ def test_same_bits_without_libm_on_different_processors(pytestconfig: pytest.Con
 
 @emulated
 @pytest.mark.long
-def test_same_bits_without_libm_on_eleven_processors(pytestconfig: pytest.Config) -> None:
+def test_same_bits_without_libm_on_eleven_processors(pytestconfig):
     assert len(TARGETS) == 11
     check({target: list(IDS) for target in TARGETS}, pytestconfig.cache.mkdir("cpu_targets"))

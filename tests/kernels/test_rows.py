@@ -15,7 +15,7 @@ class Place(NamedTuple):
 
 
 @scalar
-def at(x: float) -> Place:
+def at(x):
     return Place(x)
 
 
@@ -25,7 +25,7 @@ def write(block, array):
     store(array, 0, at(4.0), 1)
 
 
-def test_entries_that_a_compiled_function_leaves_out_have_their_defaults() -> None:
+def test_entries_that_a_compiled_function_leaves_out_have_their_defaults():
     """Numba makes a shorter row of them, whose other places would keep what was there before."""
     block, array = np.full(3 * LANES, np.nan), np.full(3, np.nan)
     write(block, array)

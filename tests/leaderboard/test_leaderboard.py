@@ -7,7 +7,6 @@ import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,17 +27,15 @@ from rigid_envs.scores.leaderboard import (
     write_leaderboard,
 )
 from rigid_envs.scores.records import evaluation_of, read_evaluation, read_results
-from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
-from tests.fixtures import Capture, Patch
 
 ID = "RigidEnvs/Detumble-v0"
 
 
 @pytest.fixture(scope="module")
-def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def results(tmp_path_factory):
     made = tmp_path_factory.mktemp("results")
     for name in ("reference", "brake", "random", "zero"):
         out = str(made / f"{name}.json")
@@ -47,19 +44,17 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def folder(tmp_path: Path, results: Path) -> Path:
+def folder(tmp_path, results):
     shutil.copytree(results, tmp_path / "below")
     return tmp_path
 
 
-def result(folder: Path, name: str) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads((folder / "below" / f"{name}.json").read_text())
+def result(folder, name):
+    found = json.loads((folder / "below" / f"{name}.json").read_text())
     return found
 
 
-def test_the_most_efficient_comes_first_and_the_plot_is_there(
-    folder: Path, capsys: Capture
-) -> None:
+def test_the_most_efficient_comes_first_and_the_plot_is_there(folder, capsys):
     assert main(["leaderboard", str(folder)]) == 0
     rows = sorted_rows([row_of(each) for each in read_results(folder)])
     assert [row.policy for row in rows] == ["riccati", "brake", "random", "zero"]
@@ -71,7 +66,7 @@ def test_the_most_efficient_comes_first_and_the_plot_is_there(
     assert (folder / "leaderboard.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_results_are_ranked_by_what_is_best_now_and_changed_ones_are_refused(folder: Path) -> None:
+def test_results_are_ranked_by_what_is_best_now_and_changed_ones_are_refused(folder):
     row = result(folder, "brake")
     old, file = evaluation_of(row), folder / "old" / "row.json"
     file.parent.mkdir()
@@ -86,9 +81,7 @@ def test_results_are_ranked_by_what_is_best_now_and_changed_ones_are_refused(fol
 
 
 @pytest.mark.parametrize("change", [{"format": "rigid-envs result 2"}, {"format": "rigid-enws"}])
-def test_a_result_that_was_damaged_is_refused_and_not_left_out(
-    tmp_path: Path, change: dict[str, Any]
-) -> None:
+def test_a_result_that_was_damaged_is_refused_and_not_left_out(tmp_path, change):
     file = rigid_envs.evaluate(ID, "zero", n=2).save(tmp_path / "row.json")
     row = json.loads(file.read_text())
     for damaged in (row | change, {key: row[key] for key in row.keys() - {"sha256"}}):
@@ -99,13 +92,13 @@ def test_a_result_that_was_damaged_is_refused_and_not_left_out(
     assert read_results(tmp_path) == []
 
 
-def test_an_id_of_another_package_is_left_out(folder: Path) -> None:
+def test_an_id_of_another_package_is_left_out(folder):
     row = result(folder, "zero") | {"env_id": "Other/Body-v0"}
     write_document(folder / "below" / "other.json", row)
     assert {found.env_id for found in read_results(folder)} == {ID}
 
 
-def test_only_whole_sets_are_ranked_and_all_else_is_listed_apart(folder: Path) -> None:
+def test_only_whole_sets_are_ranked_and_all_else_is_listed_apart(folder):
     below = folder / "below"
     one = rigid_envs.evaluate(ID, "reference", n=1)
     replace(one, policy="lucky").save(below / "lucky.json")
@@ -123,24 +116,24 @@ def test_only_whole_sets_are_ranked_and_all_else_is_listed_apart(folder: Path) -
     assert ranked.count("| `Detumble-v0` |") == 4
 
 
-def test_what_no_best_is_known_of_is_not_ranked(results: Path) -> None:
+def test_what_no_best_is_known_of_is_not_ranked(results):
     found = read_evaluation(results / "brake.json")
     assert row_of(found).unranked is None
     assert row_of(replace(found, best=None)).unranked == "no best is known"
 
 
-def test_a_page_of_which_nothing_is_ranked_has_no_rank(tmp_path: Path) -> None:
+def test_a_page_of_which_nothing_is_ranked_has_no_rank(tmp_path):
     rigid_envs.evaluate(ID, "zero", n=1).save(tmp_path / "row.json")
     assert main(["leaderboard", str(tmp_path)]) == 0
     assert "| zero |" not in (tmp_path / "leaderboard.md").read_text().split("## Not ranked")[0]
 
 
-def forged(row: dict[str, Any], **changes: Any) -> Evaluation:
+def forged(row, **changes):
     """A row with a digest and figures that fit what somebody has written into it."""
     return replace(evaluation_of(row), **changes)
 
 
-def test_a_row_is_not_believed_what_it_says_of_task_best_known_and_bound(folder: Path) -> None:
+def test_a_row_is_not_believed_what_it_says_of_task_best_known_and_bound(folder):
     row, file = result(folder, "brake"), folder / "forged" / "row.json"
     file.parent.mkdir()
     honest = evaluation_of(row)
@@ -161,7 +154,7 @@ def test_a_row_is_not_believed_what_it_says_of_task_best_known_and_bound(folder:
     ],
     ids=["below the bound", "floor above all costs"],
 )
-def test_a_row_that_cannot_be_is_refused(folder: Path, changes: Any, message: str) -> None:
+def test_a_row_that_cannot_be_is_refused(folder, changes, message):
     row, file = result(folder, "brake"), folder / "forged" / "row.json"
     file.parent.mkdir()
     forged(row, **changes(evaluation_of(row))).save(file)
@@ -171,7 +164,7 @@ def test_a_row_that_cannot_be_is_refused(folder: Path, changes: Any, message: st
         read_evaluation(file, anew=True)
 
 
-def test_several_seeds_in_each_environment_are_aggregated_with_an_interval(folder: Path) -> None:
+def test_several_seeds_in_each_environment_are_aggregated_with_an_interval(folder):
     found = [row_of(each)._replace(policy="ppo") for each in read_results(folder)]
     for n, told in ((1, False), (2, True), (4, True)):
         page = markdown(found[:n]).splitlines()
@@ -182,7 +175,7 @@ def test_several_seeds_in_each_environment_are_aggregated_with_an_interval(folde
     assert line.startswith("| ppo | 2 | 5 |") and line.endswith("| - |")
 
 
-def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path: Path) -> None:
+def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path):
     rows = {(row.env_id, row.policy): row for row in packaged_rows()}
     for env_id in ENVIRONMENTS:
         assert {(env_id, "zero"), (env_id, "random")} <= rows.keys()
@@ -198,34 +191,32 @@ def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path
     assert main(["leaderboard", str(tmp_path), "--packaged"]) == 0
 
 
-def test_an_id_without_best_known_costs_has_no_rows_of_its_own(monkeypatch: Patch) -> None:
+def test_an_id_without_best_known_costs_has_no_rows_of_its_own(monkeypatch):
     monkeypatch.setattr("rigid_envs.scores.leaderboard.best_known", lambda env_id: None)
     assert [row.policy for row in packaged_rows()] == [
         published_record(name).policy for name in published()
     ]
 
 
-def test_the_page_of_the_repository_is_that_of_its_data() -> None:
+def test_the_page_of_the_repository_is_that_of_its_data():
     docs = Path(__file__).parents[2] / "docs"
     rows = sorted_rows([*map(row_of, read_results(docs)), *packaged_rows()])
     mend = "write it anew: rigid-envs leaderboard docs --packaged"
     assert (docs / "leaderboard.md").read_text() == markdown(rows), mend
 
 
-def test_no_two_of_forty_policies_look_the_same() -> None:
+def test_no_two_of_forty_policies_look_the_same():
     assert len({look(k) for k in range(40)}) == 40
 
 
-def test_a_file_that_is_no_json_is_named(folder: Path, capsys: Capture) -> None:
+def test_a_file_that_is_no_json_is_named(folder, capsys):
     (folder / "cut.json").write_text('{"format": "rigid')
     assert main(["leaderboard", str(folder)]) == 2
     told = capsys.readouterr().err
     assert "cut.json" in told and len(told.splitlines()) == 1
 
 
-def test_without_matplotlib_it_is_refused_before_anything_is_read(
-    folder: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_without_matplotlib_it_is_refused_before_anything_is_read(folder, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert main(["leaderboard", str(folder)]) == 1
     assert capsys.readouterr().err.count('pip install "rigid-envs[render]"') == 1
@@ -237,7 +228,7 @@ FORGED = (
 )
 
 
-def test_a_name_is_shown_letter_by_letter_and_forges_no_row(folder: Path) -> None:
+def test_a_name_is_shown_letter_by_letter_and_forges_no_row(folder):
     for key in ("algo", "unranked"):
         row = result(folder, "zero") | {key: FORGED}
         write_document(folder / "below" / f"forged_{key}.json", row)
@@ -248,14 +239,14 @@ def test_a_name_is_shown_letter_by_letter_and_forges_no_row(folder: Path) -> Non
     assert "<script" not in shown and "<a " not in shown and "<b>" not in shown
 
 
-def drawn(env_id: str, policy: str, *efficiency: float) -> Row:
+def drawn(env_id, policy, *efficiency):
     """A row of which the plot shows nothing but the efficiency."""
     figures = {"efficiency": efficiency[0], "efficiency_95": efficiency[1:]}
     return Row(f"RigidEnvs/{env_id}-v0", policy, figures, None, "", None)
 
 
 @pytest.fixture
-def rows() -> list[Row]:
+def rows():
     """Of three ids."""
     pytest.importorskip("matplotlib")
     return [
@@ -267,9 +258,7 @@ def rows() -> list[Row]:
     ]
 
 
-def test_every_row_has_its_point_and_its_interval_beside_the_name_of_its_id(
-    rows: list[Row],
-) -> None:
+def test_every_row_has_its_point_and_its_interval_beside_the_name_of_its_id(rows):
     figure = draw(rows)
     (axes,) = figure.axes
     ids = list(dict.fromkeys(row.env_id for row in rows))
@@ -294,7 +283,7 @@ def test_every_row_has_its_point_and_its_interval_beside_the_name_of_its_id(
     assert sum(line.get_ydata()[0] for line in axes.lines) == 0.0  # on both sides of the name
 
 
-def test_policies_are_told_from_one_another_and_named_in_the_legend(rows: list[Row]) -> None:
+def test_policies_are_told_from_one_another_and_named_in_the_legend(rows):
     (axes,) = draw(rows).axes
     legend = axes.get_legend()
     assert legend is not None
@@ -307,7 +296,7 @@ def test_policies_are_told_from_one_another_and_named_in_the_legend(rows: list[R
     assert -0.1 < low < 0.0 and 1.0 < high < 1.1  # whole, and no room is left empty
 
 
-def test_a_plot_says_what_its_vertical_axis_shows() -> None:
+def test_a_plot_says_what_its_vertical_axis_shows():
     figure = pytest.importorskip("matplotlib.figure")
     axes = figure.Figure().subplots()
     dress(axes, "success")

@@ -6,9 +6,7 @@ Also of what was changed on purpose, with a digest to match: wrong types and cou
 import ast
 import json
 import pickle
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,7 +15,7 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError, lined_json, sealed
 from tests.loading.bombs import BOMBS
 from tests.loading.payloads import changed, harmful
-from tests.loading.readers import READERS, Reader
+from tests.loading.readers import READERS
 from tests.loading.trapped import ENTRIES, NAMED
 from tests.programs import printed
 
@@ -104,7 +102,7 @@ CALLS = {"eval", "exec", "compile", "__import__", "yaml.load", "yaml.unsafe_load
 
 
 @pytest.mark.parametrize("path", SOURCES, ids=lambda path: path.name)
-def test_no_source_loads_pickles_or_evaluates_text(path: Path) -> None:
+def test_no_source_loads_pickles_or_evaluates_text(path):
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
             assert not {name.name.split(".")[0] for name in node.names} & MODULES
@@ -123,11 +121,11 @@ def test_no_source_loads_pickles_or_evaluates_text(path: Path) -> None:
 
 KEPT = [kind for kind in READERS if kind != "config"]  # which people write by hand: no digest
 DOCUMENTS = [kind for kind in KEPT if READERS[kind].name.endswith(".json")]
-OTHERS: list[Any] = [None, 3, -1, 0.5, True, "x", "\x1b[2J", [], [1], [None], ["x"], [[1], [2]], {},
+OTHERS = [None, 3, -1, 0.5, True, "x", "\x1b[2J", [], [1], [None], ["x"], [[1], [2]], {},
                      {"a": 1}, {"a": {}}, 10**400, [10**400]]  # fmt: skip
 
 
-def content(value: Any) -> Any:
+def content(value):
     """What was read, in a form that can be compared."""
     if isinstance(value, np.ndarray):
         return value.dtype.str, value.shape, value.tobytes()
@@ -140,7 +138,7 @@ def content(value: Any) -> Any:
     return content(vars(value)) if hasattr(value, "__dict__") else repr(value)
 
 
-def damaged(good: bytes, flips: int, cuts: int) -> Iterator[bytes]:
+def damaged(good, flips, cuts):
     """Versions of a file with one bit flipped, then such that are cut off."""
     rng = np.random.default_rng(0)
     for k in rng.integers(8 * len(good), size=flips).tolist():
@@ -151,7 +149,7 @@ def damaged(good: bytes, flips: int, cuts: int) -> Iterator[bytes]:
         yield good[:length]
 
 
-def n_refused(reader: Reader, path: Path, flips: int, cuts: int) -> int:
+def n_refused(reader, path, flips, cuts):
     """How many are refused, by name; all others are read as if nothing were changed."""
     reader.write(path)
     good, before, refused = path.read_bytes(), content(reader.read(path)), 0
@@ -167,11 +165,11 @@ def n_refused(reader: Reader, path: Path, flips: int, cuts: int) -> int:
 
 @pytest.mark.parametrize("flips", [40, pytest.param(300, marks=pytest.mark.long)])
 @pytest.mark.parametrize("kind", KEPT)
-def test_damage_is_named_or_harmless(kind: str, tmp_path: Path, flips: int) -> None:
+def test_damage_is_named_or_harmless(kind, tmp_path, flips):
     assert n_refused(READERS[kind], tmp_path / READERS[kind].name, flips, flips // 2) >= flips
 
 
-def changes(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
+def changes(document):
     """A document with an entry left out, or of another kind; also entries of its entries."""
     for key, value in document.items():
         yield {name: each for name, each in document.items() if name != key}
@@ -181,7 +179,7 @@ def changes(document: dict[str, Any]) -> Iterator[dict[str, Any]]:
             yield document | {key: change}
 
 
-def share_read(reader: Reader, path: Path, step: int) -> float:
+def share_read(reader, path, step):
     """Share of the changed documents that are read; all others are refused, by name."""
     reader.write(path)
     document = json.loads(path.read_text())
@@ -198,8 +196,6 @@ def share_read(reader: Reader, path: Path, step: int) -> float:
 
 @pytest.mark.parametrize("step", [23, pytest.param(1, marks=pytest.mark.long)])
 @pytest.mark.parametrize("kind", DOCUMENTS)
-def test_entries_of_another_kind_are_refused_by_name_also_under_a_true_digest(
-    kind: str, tmp_path: Path, step: int
-) -> None:
+def test_entries_of_another_kind_are_refused_by_name_also_under_a_true_digest(kind, tmp_path, step):
     """Settings, versions and metrics can be anything, and are a part of what is changed here."""
     assert share_read(READERS[kind], tmp_path / READERS[kind].name, step) < 0.7

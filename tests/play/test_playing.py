@@ -1,9 +1,6 @@
 """A game is the environment itself, in real time, beside the reference from the same start."""
 
 import itertools
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -15,7 +12,6 @@ from rigid_envs.scores.policies import untrained_policy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.watch.play.game import Game, GameWindow, Status, board_height, page, play
 from rigid_envs.watch.replays.replay import load_replay
-from tests.fixtures import Patch
 
 pytestmark = pytest.mark.long
 
@@ -27,12 +23,12 @@ SIZE = 240
 
 
 @pytest.fixture(autouse=True)
-def no_display(monkeypatch: Patch) -> None:
+def no_display(monkeypatch):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
 
 
 @pytest.fixture
-def table() -> Iterator[GameWindow]:
+def table():
     game = Game(PARK, 3)
     with GameWindow(game, pygame, SIZE) as opened:
         pygame.event.clear()
@@ -43,20 +39,20 @@ def table() -> Iterator[GameWindow]:
     game.close()
 
 
-def press(name: str) -> None:
+def press(name):
     pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.key.key_code(name)))
 
 
-def release(name: str) -> None:
+def release(name):
     pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.key.key_code(name)))
 
 
-def turns(table: GameWindow, seconds: float, dt: float = 0.02) -> None:
+def turns(table, seconds, dt=0.02):
     for _ in range(round(seconds / dt)):
         table.turn(dt)
 
 
-def test_time_passes_as_fast_as_it_does(table: GameWindow) -> None:
+def test_time_passes_as_fast_as_it_does(table):
     turns(table, 1.12)
     assert table.game.moment.time == pytest.approx(1.12, abs=1e-6)
     press("tab")
@@ -64,7 +60,7 @@ def test_time_passes_as_fast_as_it_does(table: GameWindow) -> None:
     assert table.game.moment.time == pytest.approx(1.37, abs=0.02)
 
 
-def test_a_paused_game_stands_still(table: GameWindow) -> None:
+def test_a_paused_game_stands_still(table):
     turns(table, 0.3)
     press("space")
     table.turn(0.02)
@@ -77,7 +73,7 @@ def test_a_paused_game_stands_still(table: GameWindow) -> None:
 
 
 @pytest.mark.push
-def test_arrow_keys_roll_the_ball_as_seen(table: GameWindow) -> None:
+def test_arrow_keys_roll_the_ball_as_seen(table):
     start = table.game.moment.y[4:6]
     press("right")
     turns(table, 0.6)
@@ -89,7 +85,7 @@ def test_arrow_keys_roll_the_ball_as_seen(table: GameWindow) -> None:
     assert np.array_equal(table.hands.stick(0.02), np.zeros(3))
 
 
-def test_the_mouse_and_a_gamepad_steer_too(table: GameWindow) -> None:
+def test_the_mouse_and_a_gamepad_steer_too(table):
     at = (round(0.9 * SIZE), SIZE // 2)
     pygame.event.post(pygame.event.Event(pygame.MOUSEMOTION, pos=at, rel=(0, 0), buttons=(1, 0, 0)))
     table.turn(0.02)
@@ -103,7 +99,7 @@ def test_the_mouse_and_a_gamepad_steer_too(table: GameWindow) -> None:
     assert table.hands.stick(0.0) == pytest.approx([0.0, 1.0, 0.0])
 
 
-def test_again_gives_the_same_start_and_next_another(table: GameWindow) -> None:
+def test_again_gives_the_same_start_and_next_another(table):
     start = table.game.moment.y
     press("up")
     turns(table, 0.3)
@@ -119,7 +115,7 @@ def test_again_gives_the_same_start_and_next_another(table: GameWindow) -> None:
     assert not table.running
 
 
-def test_the_first_key_only_leaves_the_help() -> None:
+def test_the_first_key_only_leaves_the_help():
     with GameWindow(Game(PARK), pygame, SIZE) as opened:
         pygame.event.clear()
         turns(opened, 0.5)
@@ -129,7 +125,7 @@ def test_the_first_key_only_leaves_the_help() -> None:
         assert not opened.help and opened.game.seed == 0
 
 
-def test_a_move_on_the_grid_waits_for_its_key() -> None:
+def test_a_move_on_the_grid_waits_for_its_key():
     with GameWindow(Game(GRID, 1), pygame, SIZE) as opened:
         pygame.event.clear()
         press("space")
@@ -144,7 +140,7 @@ def test_a_move_on_the_grid_waits_for_its_key() -> None:
 
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
-def test_every_environment_can_be_played(env_id: str) -> None:
+def test_every_environment_can_be_played(env_id):
     game = Game(env_id, 5)
     with GameWindow(game, pygame, SIZE) as opened:
         pygame.event.clear()
@@ -160,7 +156,7 @@ def test_every_environment_can_be_played(env_id: str) -> None:
     assert len(game.episodes) == 1
 
 
-def test_the_environment_is_that_of_gymnasium() -> None:
+def test_the_environment_is_that_of_gymnasium():
     rng, game, env = np.random.default_rng(0), Game(PARK, 8), gym.make(PARK)
     env.reset(seed=8)
     for _ in range(5):
@@ -172,13 +168,13 @@ def test_the_environment_is_that_of_gymnasium() -> None:
 
 
 @pytest.mark.parametrize("env_id", [PARK, PUMP])
-def test_the_reference_and_the_bound_are_of_this_very_start(env_id: str) -> None:
+def test_the_reference_and_the_bound_are_of_this_very_start(env_id):
     game = Game(env_id, 12)
     envs = make_rows(env_id, 1)
     envs.reset(seed=[12])
     assert np.array_equal(envs.y[0], game.moment.y)
     metric = ENVIRONMENTS[env_id].metrics[0]
-    limit: Any = limit_of(env_id, metric)
+    limit = limit_of(env_id, metric)
     bound = float(limit.values(envs)[0])
     assert f"{bound:.3g}" in game.rival.bound and game.rival.bound.startswith("at least")
     policy = untrained_policy(env_id, "reference")
@@ -194,7 +190,7 @@ def test_the_reference_and_the_bound_are_of_this_very_start(env_id: str) -> None
 
 
 @pytest.mark.push
-def test_an_episode_ends_with_a_verdict_and_its_result() -> None:
+def test_an_episode_ends_with_a_verdict_and_its_result():
     game = Game(PARK, 3, {"position_tolerance": 1.5, "angle_tolerance": 3.1})
     game.step(np.zeros(2, np.float32))
     assert game.over and game.verdict == "success" and game.score == "path 0 m"
@@ -204,8 +200,8 @@ def test_an_episode_ends_with_a_verdict_and_its_result() -> None:
     assert other.verdict == "time is over" and not other.waiting
 
 
-def test_what_was_played_is_saved_as_a_replay(tmp_path: Path, monkeypatch: Patch) -> None:
-    def steered(table: GameWindow) -> None:
+def test_what_was_played_is_saved_as_a_replay(tmp_path, monkeypatch):
+    def steered(table):
         press("space")
         table.turn(0.0)
         for key in ("up", "r", "left"):
@@ -223,11 +219,11 @@ def test_what_was_played_is_saved_as_a_replay(tmp_path: Path, monkeypatch: Patch
 
 
 @pytest.mark.push
-def test_the_loop_keeps_time_and_ends(monkeypatch: Patch) -> None:
+def test_the_loop_keeps_time_and_ends(monkeypatch):
     now = 0.0
-    slept: list[float] = []
+    slept = []
 
-    def sleep(seconds: float) -> None:
+    def sleep(seconds):
         nonlocal now
         slept.append(seconds)
         now += seconds
@@ -238,7 +234,7 @@ def test_the_loop_keeps_time_and_ends(monkeypatch: Patch) -> None:
         press("space")
         shown = 0
 
-        def turn(seconds: float, old: Any = opened.turn) -> None:
+        def turn(seconds, old=opened.turn):
             nonlocal shown, now
             old(seconds)
             shown, now = shown + 1, now + 0.005
@@ -250,7 +246,7 @@ def test_the_loop_keeps_time_and_ends(monkeypatch: Patch) -> None:
     assert sum(slept) == pytest.approx(1.0 - 60 * 0.005, abs=0.02)
 
 
-def test_without_a_display_it_says_what_to_do(monkeypatch: Patch) -> None:
+def test_without_a_display_it_says_what_to_do(monkeypatch):
     for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("sys.platform", "linux")
@@ -258,7 +254,7 @@ def test_without_a_display_it_says_what_to_do(monkeypatch: Patch) -> None:
         play(PARK)
 
 
-def test_the_board_shows_the_action_as_bars() -> None:
+def test_the_board_shows_the_action_as_bars():
     picture = np.zeros((SIZE, SIZE, 3), np.uint8)
     shown = [
         page(picture, Status("a", "b", "c", "", False, (("x", value),), "d"))

@@ -4,10 +4,8 @@ import json
 import random
 import re
 import shutil
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -29,18 +27,17 @@ from rigid_envs.scores.records import (
 from rigid_envs.scores.trained import FOLDER, CompiledPolicy, load, published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
-from tests.fixtures import Capture, Patch
 from tests.programs import printed
 
 STREAM = np.random.default_rng(5)
 
 
-def example(**network: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+def example(**network):
     """Document and arrays of an untrained policy for a box of two actions."""
     env = gym.make("RigidEnvs/BallPark-v0", frame="reduced")
     n_obs, n_act = env.observation_space.shape[0], env.action_space.shape[0]  # type: ignore[index]
     sizes = (n_obs, 16, n_act)
-    arrays: dict[str, Any] = {"log_std": np.zeros(n_act)}
+    arrays = {"log_std": np.zeros(n_act)}
     arrays |= {"action.low": -np.ones(n_act), "action.high": np.ones(n_act)}
     for k in range(2):
         arrays[f"layers.{k}.weight"] = STREAM.normal(size=(sizes[k + 1], sizes[k]))
@@ -56,14 +53,14 @@ def example(**network: Any) -> tuple[dict[str, Any], dict[str, Any]]:
     return document, {name: array.astype(np.float32) for name, array in arrays.items()}
 
 
-def saved(folder: Path, name: str = "policy") -> Path:
+def saved(folder, name="policy"):
     document, arrays = example()
     save_tensors(folder / f"{name}.safetensors", arrays, document)
     return folder / f"{name}.safetensors"
 
 
 @pytest.fixture
-def shelf(tmp_path: Path, monkeypatch: Patch) -> Path:
+def shelf(tmp_path, monkeypatch):
     """A folder in the place of that of the published policies, with one policy."""
     saved(tmp_path, "BallPark-v0")
     monkeypatch.setattr(loading.published, "__defaults__", (tmp_path,))
@@ -72,19 +69,19 @@ def shelf(tmp_path: Path, monkeypatch: Patch) -> Path:
 
 
 @pytest.mark.parametrize("name", ["BallPark", "BallPark-v0", "RigidEnvs/BallPark-v0"])
-def test_a_published_policy_has_the_name_of_its_environment(shelf: Path, name: str) -> None:
+def test_a_published_policy_has_the_name_of_its_environment(shelf, name):
     policy = rigid_envs.load(name)
     assert policy.env_id == "RigidEnvs/BallPark-v0" and policy.name == "ppo reduced"
     assert policy.env_kwargs == {"frame": "reduced"}  # what pays is no matter of acting
 
 
 @pytest.mark.parametrize("name", ["Nothing", "RigidEnvs/CoinPark-v0", "../secret", ""])
-def test_another_name_is_refused_and_those_that_there_are_are_told(shelf: Path, name: str) -> None:
+def test_another_name_is_refused_and_those_that_there_are_are_told(shelf, name):
     with pytest.raises(ConfigError, match=r"expected the path .*: BallPark-v0$"):
         rigid_envs.load(name)
 
 
-def test_a_policy_is_loaded_from_its_file_or_its_folder(tmp_path: Path) -> None:
+def test_a_policy_is_loaded_from_its_file_or_its_folder(tmp_path):
     file = saved(tmp_path)
     for place in (file, str(file), tmp_path):
         assert isinstance(rigid_envs.load(place), CompiledPolicy)
@@ -93,18 +90,18 @@ def test_a_policy_is_loaded_from_its_file_or_its_folder(tmp_path: Path) -> None:
         rigid_envs.load(file)
 
 
-def layers(numbers: range, weight: Any, **more: Any) -> dict[str, Any]:
+def layers(numbers, weight, **more):
     """Arrays of so many layers, all the same."""
     parts = {"weight": weight, **more}
     return {f"layers.{k}.{name}": each for k in numbers for name, each in parts.items()}
 
 
-def other(name: str, change: Callable[[Any], Any]) -> Callable[..., Any]:
+def other(name, change):
     """Another array in the place of one."""
     return lambda arrays, document: arrays.update({name: change(arrays[name])})
 
 
-CHANGES: dict[str, Callable[[dict[str, Any], dict[str, Any]], Any]] = {
+CHANGES = {
     "another format": lambda arrays, document: document.update(format="policy 9"),
     "no format": lambda arrays, document: document.pop("format"),
     "no network": lambda arrays, document: document.pop("network"),
@@ -128,7 +125,7 @@ CHANGES: dict[str, Callable[[dict[str, Any], dict[str, Any]], Any]] = {
     "statistics without use": lambda arrays, _: arrays.update({"observation.mean": np.zeros(2)}),
     "bounds that do not fit": other("action.low", lambda low: np.zeros(3, "f")),
 }
-NETWORKS: dict[str, dict[str, Any]] = {
+NETWORKS = {
     "statistics missing": {"normalized": True},
     "spread of another kind": {"distribution": "squashed gaussian"},
     "bounds of no box": {"distribution": "greedy"},
@@ -139,7 +136,7 @@ NETWORKS: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.parametrize("how", [*CHANGES, *NETWORKS])
-def test_a_malformed_policy_is_refused_by_name(tmp_path: Path, how: str) -> None:
+def test_a_malformed_policy_is_refused_by_name(tmp_path, how):
     document, arrays = example(**NETWORKS.get(how, {}))
     CHANGES.get(how, lambda *_: None)(arrays, document)
     save_tensors(tmp_path / "policy.safetensors", arrays, document)
@@ -148,14 +145,14 @@ def test_a_malformed_policy_is_refused_by_name(tmp_path: Path, how: str) -> None
 
 
 @pytest.mark.parametrize("what", ["activation", "distribution"])
-def test_a_network_of_an_unknown_kind_is_refused_with_the_kinds_there_are(what: str) -> None:
+def test_a_network_of_an_unknown_kind_is_refused_with_the_kinds_there_are(what):
     document, arrays = example(**{what: "os.system"})
     with pytest.raises(ValueError, match=rf"^{what} = 'os.system'; expected one of \['[a-z]+', "):
         CompiledPolicy(document, arrays)
 
 
 @pytest.mark.parametrize("n_layers", [1, 2, 64])
-def test_a_policy_has_1_to_64_layers(n_layers: int) -> None:
+def test_a_policy_has_1_to_64_layers(n_layers):
     document, arrays = example()
     weight, bias = arrays["layers.1.weight"], arrays["layers.1.bias"]
     if n_layers == 1:
@@ -168,7 +165,7 @@ def test_a_policy_has_1_to_64_layers(n_layers: int) -> None:
     assert policy.predict(np.zeros(policy.n_obs))[0].shape == (2,)
 
 
-def test_relative_rotations_are_taken_from_observations_as_they_are() -> None:
+def test_relative_rotations_are_taken_from_observations_as_they_are():
     n_obs = 20
     document, arrays = example(attitudes=[0, n_obs - 9])
     arrays["layers.0.weight"] = 0.1 * STREAM.normal(size=(16, n_obs + 18)).astype(np.float32)
@@ -189,7 +186,7 @@ def test_relative_rotations_are_taken_from_observations_as_they_are() -> None:
 
 
 @pytest.mark.parametrize("head", ["gaussian", "squashed gaussian"])
-def test_actions_are_in_the_box_of_the_policy_and_squashed_ones_fill_it(head: str) -> None:
+def test_actions_are_in_the_box_of_the_policy_and_squashed_ones_fill_it(head):
     document, arrays = example(distribution=head)
     low, high = np.array([-3.0, 0.5], np.float32), np.array([1.0, 2.0], np.float32)
     arrays |= {"action.low": low, "action.high": high}
@@ -205,7 +202,7 @@ def test_actions_are_in_the_box_of_the_policy_and_squashed_ones_fill_it(head: st
     np.testing.assert_allclose(policy.predict(obs)[0], expected, atol=1e-4)
 
 
-def test_one_observation_is_acted_on_as_among_others() -> None:
+def test_one_observation_is_acted_on_as_among_others():
     policy = CompiledPolicy(*example())
     obs = STREAM.normal(size=(40, policy.n_obs)).astype(np.float32)
     actions, state = policy.predict(obs, state="kept")
@@ -215,7 +212,7 @@ def test_one_observation_is_acted_on_as_among_others() -> None:
 
 
 @pytest.mark.parametrize("shape", [(1,), (1, 1), (1, 1, 0), (0,)])
-def test_an_observation_of_another_shape_or_not_finite_is_refused(shape: tuple[int, ...]) -> None:
+def test_an_observation_of_another_shape_or_not_finite_is_refused(shape):
     policy = CompiledPolicy(*example())
     one_bad = np.where(np.arange(policy.n_obs) == 1, np.nan, 0.0)
     for obs in (np.zeros(shape), np.zeros((2, 1, policy.n_obs)), one_bad):
@@ -223,13 +220,13 @@ def test_an_observation_of_another_shape_or_not_finite_is_refused(shape: tuple[i
             policy.predict(obs)
 
 
-def test_it_does_not_draw_at_random() -> None:
+def test_it_does_not_draw_at_random():
     policy = CompiledPolicy(*example())
     with pytest.raises(ValueError, match="deterministic = False; expected True"):
         policy.predict(np.zeros(policy.n_obs), deterministic=False)
 
 
-def test_it_is_played_in_its_own_frame_also_on_another_id() -> None:
+def test_it_is_played_in_its_own_frame_also_on_another_id():
     policy = CompiledPolicy(*example())
     for name in ("BallPark", "BallReorient", "BallParkGoal"):
         found = rigid_envs.evaluate(f"RigidEnvs/{name}-v0", policy, n=3)
@@ -239,7 +236,7 @@ def test_it_is_played_in_its_own_frame_also_on_another_id() -> None:
         rigid_envs.evaluate("RigidEnvs/BallPark-v0", policy, n=3, config={})
 
 
-def test_it_needs_neither_torch_nor_safetensors(tmp_path: Path) -> None:
+def test_it_needs_neither_torch_nor_safetensors(tmp_path):
     file = saved(tmp_path)
     code = f"""
 import sys
@@ -266,9 +263,7 @@ STEERING = "PPO\x1b]0;owned\x07"
         {"git_commit": "a\n| forged | row |"},
     ],
 )
-def test_text_of_a_policy_that_would_steer_a_terminal_is_refused(
-    tmp_path: Path, says: dict[str, Any]
-) -> None:
+def test_text_of_a_policy_that_would_steer_a_terminal_is_refused(tmp_path, says):
     document, arrays = example()
     save_tensors(tmp_path / "policy.safetensors", arrays, document | says)
     with pytest.raises(DamagedFileError, match="can be printed") as refused:
@@ -276,7 +271,7 @@ def test_text_of_a_policy_that_would_steer_a_terminal_is_refused(
     assert str(refused.value).isprintable()
 
 
-def test_the_id_of_a_policy_is_one_that_is_registered_already(tmp_path: Path) -> None:
+def test_the_id_of_a_policy_is_one_that_is_registered_already(tmp_path):
     document, arrays = example()
     document["env_id"] = f"trap:{document['env_id']}"
     save_tensors(tmp_path / "policy.safetensors", arrays, document)
@@ -289,13 +284,13 @@ AT_A_PUSH = 4  # of 24, two seconds each
 OTHER_SEED = 161803  # of starts that nobody has published figures of
 
 
-def sample() -> list[str]:
+def sample():
     """Policies drawn by the commit: the same within a push, others at the next one."""
     head = commit()["git_commit"] or ""
     return random.Random(head).sample(NAMES, min(AT_A_PUSH, len(NAMES)))
 
 
-def test_there_are_published_policies_each_named_by_its_environment() -> None:
+def test_there_are_published_policies_each_named_by_its_environment():
     assert NAMES
     for name in NAMES:
         policy, record = load(name), published_record(name)
@@ -311,17 +306,17 @@ SAMPLE = sample()
     "name",
     [name if name in SAMPLE else pytest.param(name, marks=pytest.mark.long) for name in NAMES],
 )
-def test_all_hit_every_published_figure(name: str) -> None:
+def test_all_hit_every_published_figure(name):
     assert recheck(name).differences == ()
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
-def test_success_from_other_starts_is_within_the_published_interval(name: str) -> None:
+def test_success_from_other_starts_is_within_the_published_interval(name):
     assert recheck(name, OTHER_SEED).differences == ()
 
 
-def test_records_of_the_same_policy_among_the_baselines_have_the_same_figures() -> None:
+def test_records_of_the_same_policy_among_the_baselines_have_the_same_figures():
     for name in NAMES:
         mine = published_record(name)
         file = record_file(ROOT / "docs/baselines", mine.env_id, mine.algo, mine.frame, mine.seed)
@@ -330,14 +325,14 @@ def test_records_of_the_same_policy_among_the_baselines_have_the_same_figures() 
             np.testing.assert_array_equal(mine.costs, other.costs)
 
 
-def test_a_record_of_an_easier_task_has_no_efficiency() -> None:
+def test_a_record_of_an_easier_task_has_no_efficiency():
     record = published_record(NAMES[0])
     assert record.evaluation.efficiency is not None
     easier = replace(record, settings={"frame": "reduced", "dt": 0.07})
     assert easier.evaluation.efficiency is None
 
 
-def test_records_of_other_tasks_and_of_a_part_of_the_starts_are_passed_over(tmp_path: Path) -> None:
+def test_records_of_other_tasks_and_of_a_part_of_the_starts_are_passed_over(tmp_path):
     record = published_record(NAMES[0])
     few = replace(record, successes=record.successes[:9], costs=record.costs[:9])
     elsewhere = replace(record, env_id="Mine/Top-v0")
@@ -348,9 +343,7 @@ def test_records_of_other_tasks_and_of_a_part_of_the_starts_are_passed_over(tmp_
     assert (found.env_id, len(found.costs)) == (record.env_id, 500)
 
 
-def test_a_rate_at_the_end_of_the_published_interval_is_within_it(
-    tmp_path: Path, monkeypatch: Patch
-) -> None:
+def test_a_rate_at_the_end_of_the_published_interval_is_within_it(tmp_path, monkeypatch):
     name = NAMES[0]
     for file in FOLDER.glob(f"{name}.*"):
         shutil.copy(file, tmp_path)
@@ -364,7 +357,7 @@ def test_a_rate_at_the_end_of_the_published_interval_is_within_it(
         assert (recheck(name, OTHER_SEED, tmp_path).differences == ()) == held
 
 
-def test_a_policy_file_is_evaluated_by_the_command(tmp_path: Path, capsys: Capture) -> None:
+def test_a_policy_file_is_evaluated_by_the_command(tmp_path, capsys):
     name = NAMES[0]
     words = ["evaluate", f"RigidEnvs/{name}", "--policy", str(FOLDER / f"{name}.safetensors")]
     assert main([*words, "--starts", "20", "--out", str(tmp_path / "row.json")]) == 0
@@ -379,17 +372,17 @@ def test_a_policy_file_is_evaluated_by_the_command(tmp_path: Path, capsys: Captu
     np.testing.assert_array_equal(read_evaluation(tmp_path / "c.json").costs, found.costs)
 
 
-def test_a_record_is_as_good_as_the_evaluation_that_it_is_of() -> None:
+def test_a_record_is_as_good_as_the_evaluation_that_it_is_of():
     name = NAMES[0]
     told, found = published_evaluation(name), evaluate(f"RigidEnvs/{name}", load(name))
     assert (told.success, told.efficiency, told.gap) == (found.success, found.efficiency, found.gap)
     assert told.mean(told.costs) == found.mean(found.costs)
 
 
-def test_the_example_of_the_page_loads_acts_and_evaluates(capsys: Capture) -> None:
+def test_the_example_of_the_page_loads_acts_and_evaluates(capsys):
     text = (ROOT / "docs" / "policies.md").read_text(encoding="utf-8")
     (code, *_) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)
-    names: dict[str, Any] = {}
+    names = {}
     exec(code, names)
     assert names["env"].action_space.contains(names["action"])
     out = capsys.readouterr().out

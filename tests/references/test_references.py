@@ -2,8 +2,6 @@
 
 from dataclasses import asdict, replace
 from functools import cache
-from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -18,7 +16,7 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.mechanics import rotations
 from rigid_envs.sb3.adapter import make_vec_env
 from rigid_envs.scores.evaluation import make_rows
-from rigid_envs.scores.policies import States, reference_controllers
+from rigid_envs.scores.policies import reference_controllers
 from rigid_envs.scores.starts import evaluation_seeds
 from rigid_envs.systems.rolling_ball.controllers import pose_error
 from rigid_envs.systems.rolling_disk.controllers import rolling
@@ -26,7 +24,6 @@ from rigid_envs.tasks import registry
 from rigid_envs.tasks.fields import ROTATIONS
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import in_full
-from tests.fixtures import Patch
 from tests.page_code import run_page
 
 # What is decoded from observations is the state, up to the rounding of float32.
@@ -38,7 +35,7 @@ N, STEPS = 40, 12
 ROUNDING = 1e-6
 """Eight roundings of float32 (1.2e-7): of the attitude, and of what is turned by it."""
 
-HIDDEN: dict[str, tuple[str, ...]] = {
+HIDDEN = {
     "CoinPark": ("steer_rate", "roll_rate"),
     "BallPlate": ("q",),
     **dict.fromkeys(("IntermediateAxis", "IntermediateAxisRandom", "Detumble", "AxisFlip"), ("q",)),
@@ -46,7 +43,7 @@ HIDDEN: dict[str, tuple[str, ...]] = {
 }
 """Components of the state that no controller reads, and that are not observed by default."""
 
-KNOWN: dict[str, tuple[str, ...]] = {
+KNOWN = {
     "TopPrecession": ("goal_tilt",),
     "BallPlate": ("point_X", "point_Y"),
     "RollPump": ("beta_change",),
@@ -59,9 +56,9 @@ KNOWN: dict[str, tuple[str, ...]] = {
 """Parts of the auxiliary state that are compared as they are."""
 
 
-def read(name: str, states: States, shown: bool) -> dict[str, Any]:
+def read(name, states, shown):
     """What controllers read: attitudes as matrices, lengths of balls and coins in radii."""
-    system: Any = states.systems[0]
+    system = states.systems[0]
     if name == "BallSteer":  # the pose relative to the reference
         reference = states.auxiliary(*(f"reference_{k}" for k in "wxyzXY"))
         found = {"error": pose_error(system, states.y, reference)}
@@ -85,10 +82,10 @@ def read(name: str, states: States, shown: bool) -> dict[str, Any]:
     return found
 
 
-def compare(env_id: str, **settings: Any) -> None:
+def compare(env_id, **settings):
     """Random actions in many rows; in every step what is decoded is what is there."""
     name = env_id.split("/")[1].removesuffix("-v0")
-    envs: Any = make_rows(env_id, N, settings)
+    envs = make_rows(env_id, N, settings)
     agent = rigid_envs.reference(env_id, **settings)
     seen, _ = envs.reset(seed=1)
     rng, shown = np.random.default_rng(0), envs.task.rotation != "none"
@@ -107,20 +104,18 @@ def compare(env_id: str, **settings: Any) -> None:
 
 @pytest.mark.parametrize("shown", [False, True])
 @pytest.mark.parametrize("env_id", IDS)
-def test_states_of_the_defaults_are_found_with_observed_parameters_too(
-    env_id: str, shown: bool
-) -> None:
+def test_states_of_the_defaults_are_found_with_observed_parameters_too(env_id, shown):
     compare(env_id, observe_params=shown)
 
 
 @pytest.mark.parametrize("rotation", SEEN)
 @pytest.mark.parametrize("env_id", [each for each in IDS if "RollPump" not in each])
-def test_states_are_found_in_any_representation_of_the_attitude(env_id: str, rotation: str) -> None:
+def test_states_are_found_in_any_representation_of_the_attitude(env_id, rotation):
     compare(env_id, rotation=rotation, observe_params=True)  # which come after the attitude
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_states_are_found_at_other_values_of_all_settings(env_id: str) -> None:
+def test_states_are_found_at_other_values_of_all_settings(env_id):
     task = task_of(env_id)
     numbers = {key: value for key, value in asdict(task).items() if type(value) is float}
     if task.n_choices:
@@ -129,7 +124,7 @@ def test_states_are_found_at_other_values_of_all_settings(env_id: str) -> None:
 
 
 @pytest.mark.parametrize("env_id", IDS)
-def test_an_attitude_that_is_needed_and_hidden_is_refused_by_name(env_id: str) -> None:
+def test_an_attitude_that_is_needed_and_hidden_is_refused_by_name(env_id):
     needed = {"SleepingTop", "PivotTop", "TopPrecession", "TopRandom", "SleepingTopRandom"}
     needed |= {"BallPark", "BallParkRandom", "BallReorient", "BallParkDynamic", "BallGrid"}
     if env_id.split("/")[1].removesuffix("-v0") in needed | {"CoinPark"}:
@@ -140,7 +135,7 @@ def test_an_attitude_that_is_needed_and_hidden_is_refused_by_name(env_id: str) -
 
 
 @in_full(IDS)  # noise takes a kernel of its own
-def test_noise_is_no_reason_to_stop(env_id: str) -> None:
+def test_noise_is_no_reason_to_stop(env_id):
     envs = make_rows(env_id, 8, {"observation_noise": 0.01})
     agent = rigid_envs.reference(
         env_id, list(reference_controllers(env_id))[-1], observation_noise=0.01
@@ -153,13 +148,13 @@ def test_noise_is_no_reason_to_stop(env_id: str) -> None:
         start = terminated | truncated
 
 
-def test_a_reference_that_seems_to_rest_has_no_heading() -> None:
+def test_a_reference_that_seems_to_rest_has_no_heading():
     agent = rigid_envs.reference("BallSteer")
     seen = np.zeros(make_rows("RigidEnvs/BallSteer-v0", 1).observation_space.shape)
     np.testing.assert_array_equal(agent.decode(seen).auxiliary("heading_X", "heading_Y"), 0.0)
 
 
-def test_the_radius_cancels_where_it_is_hidden_and_is_asked_for_where_it_does_not() -> None:
+def test_the_radius_cancels_where_it_is_hidden_and_is_asked_for_where_it_does_not():
     settings = {"radius": (0.5, 2.0), "start_half_width": 2.0}
     found = rigid_envs.evaluate(
         "BallPark", rigid_envs.reference("BallPark", "three_rolls", **settings), n=20
@@ -180,12 +175,12 @@ ALIKE |= {(GOAL, "shortest_path")}
 
 
 @cache
-def agent_of(env_id: str, name: str) -> Any:
+def agent_of(env_id, name):
     """A controller as an agent, which keeps what it has computed for its task."""
     return rigid_envs.reference(env_id, name)
 
 
-def quickest(env_id: str) -> Any:
+def quickest(env_id):
     """The last controller of an id, which plans for milliseconds."""
     return agent_of(env_id, list(reference_controllers(env_id))[-1])
 
@@ -194,7 +189,7 @@ def quickest(env_id: str) -> Any:
     ("env_id", "name"),
     [pytest.param(*law, marks=pytest.mark.long) if law in ALIKE else law for law in LAWS],
 )
-def test_every_controller_succeeds_from_observations(env_id: str, name: str) -> None:
+def test_every_controller_succeeds_from_observations(env_id, name):
     n = 4 if name == "shortest_path" else 20
     found = rigid_envs.evaluate(env_id, agent_of(env_id, name), n=n)
     assert found.successes.all()
@@ -203,9 +198,7 @@ def test_every_controller_succeeds_from_observations(env_id: str, name: str) -> 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("env_id", "name"), LAWS)
-def test_all_500_starts_cost_what_they_cost_the_controller_of_states(
-    env_id: str, name: str
-) -> None:
+def test_all_500_starts_cost_what_they_cost_the_controller_of_states(env_id, name):
     found = rigid_envs.evaluate(env_id, rigid_envs.reference(env_id, name))
     states = rigid_envs.evaluate(env_id, name)
     np.testing.assert_array_equal(found.successes, states.successes)
@@ -215,7 +208,7 @@ def test_all_500_starts_cost_what_they_cost_the_controller_of_states(
 
 
 @in_full(IDS)
-def test_single_environments_are_played_as_rows_are(env_id: str) -> None:
+def test_single_environments_are_played_as_rows_are(env_id):
     agent, row = quickest(env_id), 1
     found = rigid_envs.evaluate(env_id, agent, n=2)
     env = gym.make(env_id)
@@ -231,10 +224,10 @@ def test_single_environments_are_played_as_rows_are(env_id: str) -> None:
 
 
 @in_full(IDS)
-def test_evaluate_policy_of_stable_baselines3_takes_it(env_id: str) -> None:
+def test_evaluate_policy_of_stable_baselines3_takes_it(env_id):
     agent, wins = quickest(env_id), []
 
-    def keep(names: dict[str, Any], _: dict[str, Any]) -> None:
+    def keep(names, _):
         if names["done"]:
             wins.append(names["info"]["is_success"])
 
@@ -248,7 +241,7 @@ def test_evaluate_policy_of_stable_baselines3_takes_it(env_id: str) -> None:
     assert wins and all(wins)
 
 
-def test_a_bare_environment_and_other_wrappers_are_taken() -> None:
+def test_a_bare_environment_and_other_wrappers_are_taken():
     agent = quickest(PARK)
     mean, _ = evaluate_policy(agent, gym.make(PARK), n_eval_episodes=2, warn=False)
     assert mean > 5.0  # 10 for parking, minus what the way costs
@@ -258,11 +251,11 @@ def test_a_bare_environment_and_other_wrappers_are_taken() -> None:
     assert rigid_envs.evaluate(PARK, agent, n=10, env=envs).successes.all()
 
 
-def test_one_agent_serves_several_environments_for_it_remembers_nothing() -> None:
+def test_one_agent_serves_several_environments_for_it_remembers_nothing():
     agent, n = rigid_envs.reference(PARK, "three_rolls"), 4
     rows = [make_rows(PARK, n) for _ in range(2)]
     seen = [envs.reset(seed=seed)[0] for envs, seed in zip(rows, (0, 50), strict=True)]
-    states: list[Any] = [None, None]
+    states = [None, None]
     for _ in range(10):
         for k, envs in enumerate(rows):  # in turns
             action, states[k] = agent.predict(seen[k], states[k], np.zeros(n, bool))
@@ -278,7 +271,7 @@ def test_one_agent_serves_several_environments_for_it_remembers_nothing() -> Non
         np.testing.assert_array_equal(obs, seen[k])
 
 
-def test_the_same_state_gives_the_same_action_again() -> None:
+def test_the_same_state_gives_the_same_action_again():
     agent, envs = rigid_envs.reference("BallSteer"), make_rows("RigidEnvs/BallSteer-v0", 3)
     seen, _ = envs.reset(seed=0)
     first, state = agent.predict(seen)
@@ -290,7 +283,7 @@ def test_the_same_state_gives_the_same_action_again() -> None:
     np.testing.assert_array_equal(agent.predict(seen, state)[0], second)
 
 
-def test_rows_that_begin_are_planned_anew_and_the_others_go_on() -> None:
+def test_rows_that_begin_are_planned_anew_and_the_others_go_on():
     agent, envs = rigid_envs.reference(PARK, "three_rolls"), make_rows(PARK, 3)
     seen, _ = envs.reset(seed=0)
     _, state = agent.predict(seen)
@@ -300,7 +293,7 @@ def test_rows_that_begin_are_planned_anew_and_the_others_go_on() -> None:
     np.testing.assert_array_equal(other.age, [3, 2, 3])
 
 
-def test_shapes_and_types_are_those_of_a_model() -> None:
+def test_shapes_and_types_are_those_of_a_model():
     for env_id in (PARK, GRID, GOAL):
         agent, space = quickest(env_id), gym.make(env_id).action_space
         many, _ = make_rows(env_id, 3).reset(seed=0)
@@ -327,23 +320,19 @@ def test_shapes_and_types_are_those_of_a_model() -> None:
         (("BallPark",), {"radios": 1.0}, r"config\.radios: unknown key; did you mean 'radius'"),
     ],
 )
-def test_what_cannot_be_is_refused_by_name(
-    words: tuple[str, ...], settings: dict[str, Any], message: str
-) -> None:
+def test_what_cannot_be_is_refused_by_name(words, settings, message):
     with pytest.raises(ConfigError, match=message):
         rigid_envs.reference(*words, **settings)
 
 
 @pytest.mark.parametrize("lacking", [{"controllers": {}}, {"decoder": ""}])
-def test_an_id_without_a_controller_or_a_decoder_is_refused(
-    lacking: dict[str, Any], monkeypatch: Patch
-) -> None:
+def test_an_id_without_a_controller_or_a_decoder_is_refused(lacking, monkeypatch):
     monkeypatch.setitem(registry._RECORDS, PARK, replace(ENVIRONMENTS[PARK], **lacking))
     with pytest.raises(ConfigError, match=f"env_id = '{PARK}'; expected one with a controller and"):
         rigid_envs.reference(PARK)
 
 
-def test_observations_and_states_that_do_not_fit_are_refused() -> None:
+def test_observations_and_states_that_do_not_fit_are_refused():
     agent = rigid_envs.reference(PARK, "three_rolls")
     one_bad = np.where(np.arange(11) == 4, np.inf, 0.0)
     for bad in (np.zeros(3), np.zeros((2, 12)), np.zeros((2, 1, 11)), one_bad):
@@ -359,14 +348,14 @@ def test_observations_and_states_that_do_not_fit_are_refused() -> None:
         agent.predict(seen[:2], state)
 
 
-def test_it_says_what_it_is() -> None:
+def test_it_says_what_it_is():
     agent = rigid_envs.reference("TopRandom", rotation="quat")
     assert repr(agent) == "rigid_envs.reference('RigidEnvs/TopRandom-v0', 'lqr', rotation='quat')"
     assert agent.env_kwargs == {"rotation": "quat"}
     assert rigid_envs.evaluate("TopRandom", agent, n=4).config == {"rotation": "quat"}
 
 
-def test_the_page_runs(tmp_path: Path, monkeypatch: Patch) -> None:
+def test_the_page_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = run_page("references.md")
     assert names["info"]["is_success"]

@@ -152,7 +152,7 @@ def test_other_processes_render_the_same_picture(method):
     child.join(timeout=60)
 
 
-def _resident() -> float:
+def _resident():
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 2**20
 

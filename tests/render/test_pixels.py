@@ -14,7 +14,7 @@ from rigid_envs.watch.drawing import Drawing, Look
 from rigid_envs.watch.meshes import ball as ball_of_one_colour
 from rigid_envs.watch.meshes import octants
 from rigid_envs.watch.pictures import tiled
-from rigid_envs.watch.views import Arrow, Camera, Floor, Mesh, Part, Pose, Scene, SceneFrame, Trace
+from rigid_envs.watch.views import Arrow, Camera, Floor, Part, Pose, Scene, SceneFrame, Trace
 from tests.from_pages.attitudes import matrix
 
 GREY = (0.5, 0.5, 0.5)
@@ -50,12 +50,12 @@ SHAPES = {
 OPEN = {"arrow_head", "arrow_shaft", "edge_ring", "goal_cone", "goal_ring"}
 
 
-def signed_volume(mesh: Mesh) -> float:
+def signed_volume(mesh):
     a, b, c = np.moveaxis(mesh.vertices.astype(np.float64)[mesh.triangles], 1, 0)
     return float(np.sum(a * np.cross(b, c)) / 6.0)
 
 
-def is_closed(mesh: Mesh) -> bool:
+def is_closed(mesh):
     """Whether every edge, between places, is there once in each direction."""
     _, place = np.unique(np.round(mesh.vertices, 5) + 0.0, axis=0, return_inverse=True)
     rows = place.reshape(-1)[mesh.triangles]
@@ -65,7 +65,7 @@ def is_closed(mesh: Mesh) -> bool:
     return there == back
 
 
-def check_normals(mesh: Mesh) -> None:
+def check_normals(mesh):
     """Unit normals, on the outer side of every triangle that they belong to."""
     assert np.allclose(np.linalg.norm(mesh.normals, axis=-1), 1.0, atol=1e-5)
     a, b, c = np.moveaxis(mesh.vertices.astype(np.float64)[mesh.triangles], 1, 0)
@@ -76,7 +76,7 @@ def check_normals(mesh: Mesh) -> None:
 
 
 @pytest.mark.parametrize("name", SOLIDS)
-def test_solids_are_closed_and_outside_out_with_the_volume_of_the_closed_form(name: str) -> None:
+def test_solids_are_closed_and_outside_out_with_the_volume_of_the_closed_form(name):
     mesh, volume = SOLIDS[name]
     assert is_closed(mesh)
     check_normals(mesh)
@@ -84,7 +84,7 @@ def test_solids_are_closed_and_outside_out_with_the_volume_of_the_closed_form(na
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_shapes_are_closed_and_outside_out(name: str) -> None:
+def test_shapes_are_closed_and_outside_out(name):
     mesh = SHAPES[name]()
     check_normals(mesh)
     assert mesh.vertices.dtype == mesh.normals.dtype == np.float32
@@ -96,14 +96,14 @@ def test_shapes_are_closed_and_outside_out(name: str) -> None:
         assert signed_volume(mesh) > 0.0
 
 
-def test_a_moved_mesh_is_still_closed_and_outside_out() -> None:
+def test_a_moved_mesh_is_still_closed_and_outside_out():
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     mesh = meshes.moved(SOLIDS["frustum"][0], (1.0, 2.0, 3.0), turn, (2.0, 0.5, 1.5))
     check_normals(mesh)
     assert signed_volume(mesh) == pytest.approx(1.5 * signed_volume(SOLIDS["frustum"][0]), rel=1e-5)
 
 
-def test_octants_have_the_colour_of_their_signs() -> None:
+def test_octants_have_the_colour_of_their_signs():
     colors = [(0.1 * k, 0.0, 0.0) for k in range(8)]
     mesh = meshes.octants(1.0, colors)
     middle = mesh.vertices[mesh.triangles].mean(axis=1)
@@ -112,14 +112,14 @@ def test_octants_have_the_colour_of_their_signs() -> None:
     assert np.array_equal(red, np.round(255.0 * (0.1 * k)))
 
 
-def test_octants_of_a_chequered_ball_have_two_colours_in_turn() -> None:
+def test_octants_of_a_chequered_ball_have_two_colours_in_turn():
     mesh = meshes.chequered_ball()
     odd = np.prod(mesh.vertices[mesh.triangles].mean(axis=1), axis=-1) < 0.0
     for here, color in ((odd, meshes.PALE), (~odd, meshes.WARM)):
         assert np.all(mesh.colors[mesh.triangles[here]] == np.round(255.0 * np.array(color)))
 
 
-def test_each_normal_of_a_smooth_side_is_that_of_the_surface() -> None:
+def test_each_normal_of_a_smooth_side_is_that_of_the_surface():
     mesh = meshes.ball(3.0, GREY)
     assert np.allclose(mesh.normals, mesh.vertices / 3.0, atol=1e-6)
     torus = meshes.loop(2.0 * CIRCLE, 0.5, GREY)

@@ -1,16 +1,12 @@
 """Views: what is seen is the state, and what rolls does not slip, by formulas of our own."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from rigid_envs import systems
-from rigid_envs.base.checks import Array
 from rigid_envs.mechanics.bodies import solids as bodies
 from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDynamic
 from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
@@ -34,18 +30,18 @@ from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch.views import GenericView, Pose, SceneFrame, View, view_class, view_of
+from rigid_envs.watch.views import GenericView, view_class, view_of
 from tests.from_pages.attitudes import matrix
 
 Q = np.array([0.4, -0.2, 0.7, 0.5]) / math.sqrt(0.94)  # no symmetry
 
 
-def placed(pose: Pose, point: npt.ArrayLike) -> Array:
+def placed(pose, point):
     """A point of a part in the world."""
     return np.asarray(pose.position) + matrix(pose.q) @ (np.array(pose.scale) * np.asarray(point))
 
 
-def at(task: Any, y: Array, u: Array | None = None, **aux: float) -> tuple[View, Moment]:
+def at(task, y, u=None, **aux):
     """The view of a task, and a moment in the state y."""
     system = task.system()
     parameters = {name: getattr(system, name) for name in system.parameter_names()}
@@ -58,7 +54,7 @@ IDS = sorted(ENVIRONMENTS)
 
 
 @pytest.fixture(scope="module", params=IDS)
-def started(request: pytest.FixtureRequest) -> tuple[str, View, Moment]:
+def started(request):
     """The first state of an environment after a step under half the action, and its view."""
     env = gym.make(request.param).unwrapped
     env.reset(seed=0)
@@ -68,14 +64,14 @@ def started(request: pytest.FixtureRequest) -> tuple[str, View, Moment]:
     return request.param, view_of(env.task, moment.parameters), moment
 
 
-def test_every_id_has_a_view_of_its_own(started: tuple[str, View, Moment]) -> None:
+def test_every_id_has_a_view_of_its_own(started):
     _, view, _ = started
     general = {f"{kind.__name__}View" for kind in view.task.system_type.__mro__}
     assert type(view) is view_class(type(view.task))
     assert type(view).__name__ not in general | {"GenericView"}
 
 
-def test_a_frame_places_what_the_scene_has(started: tuple[str, View, Moment]) -> None:
+def test_a_frame_places_what_the_scene_has(started):
     env_id, view, moment = started
     frame, scene = view.frame(moment), view.scene
     assert set(frame.poses) == set(scene.parts)
@@ -93,7 +89,7 @@ def test_a_frame_places_what_the_scene_has(started: tuple[str, View, Moment]) ->
     assert "Detumble" in env_id or ghosts, "a goal"
 
 
-def test_the_text_says_time_reward_and_cost(started: tuple[str, View, Moment]) -> None:
+def test_the_text_says_time_reward_and_cost(started):
     _, view, moment = started
     text = view.frame(moment).text
     assert text[0] == f"time {moment.time:.1f} s   reward {moment.reward:.3f}"
@@ -103,19 +99,19 @@ def test_the_text_says_time_reward_and_cost(started: tuple[str, View, Moment]) -
     assert view.frame(solved).text[-1] == "success"
 
 
-def test_a_frame_depends_on_the_moment_alone(started: tuple[str, View, Moment]) -> None:
+def test_a_frame_depends_on_the_moment_alone(started):
     _, view, moment = started
     again = view_of(view.task, moment.parameters)
     for first, second in zip(flat(view.frame(moment)), flat(again.frame(moment)), strict=True):
         assert np.array_equal(first, second)
 
 
-def flat(frame: SceneFrame) -> list[Array]:
+def flat(frame):
     poses = [part for pose in frame.poses.values() for part in (pose.position, pose.q, pose.scale)]
     return [np.asarray(part) for part in (*poses, *sum(frame.arrows.values(), ()))]
 
 
-BODIES: Mapping[str, tuple[Any, Any, str]] = {
+BODIES = {
     "FreeBody": (Reorient(), systems.FreeBody(), "body"),
     "HeavyTop": (SleepingTop(), systems.HeavyTop(), "top"),
     "RollingBall": (BallPark(), systems.RollingBall(), "ball"),
@@ -125,7 +121,7 @@ BODIES: Mapping[str, tuple[Any, Any, str]] = {
 
 
 @pytest.mark.parametrize("name", BODIES)
-def test_a_part_turns_the_body_axes_to_those_of_the_system(name: str) -> None:
+def test_a_part_turns_the_body_axes_to_those_of_the_system(name):
     task, system, part = BODIES[name]
     y = system.state(q=Q)
     view, moment = at(task, y, goal_w=1.0, goal_curvature=0.2)
@@ -133,7 +129,7 @@ def test_a_part_turns_the_body_axes_to_those_of_the_system(name: str) -> None:
     assert np.allclose(matrix(pose.q), system.accessors["R"](y), atol=1e-12)
 
 
-def test_the_coin_turns_as_its_heading_and_phase() -> None:
+def test_the_coin_turns_as_its_heading_and_phase():
     q = systems.UprightCoin.attitude(0.7, -0.4)
     view, moment = at(CoinPark(), systems.UprightCoin.state(q=q, contact=[1.0, 2.0]))
     pose = view.frame(moment).poses["coin"]
@@ -142,7 +138,7 @@ def test_the_coin_turns_as_its_heading_and_phase() -> None:
     assert np.allclose(pose.position, [1.0, 2.0, 1.0])
 
 
-def test_the_tip_of_a_top_is_where_its_mesh_ends_and_the_path_goes() -> None:
+def test_the_tip_of_a_top_is_where_its_mesh_ends_and_the_path_goes():
     y = systems.HeavyTop.state(q=Q, pivot=[0.5, -0.3])
     view, moment = at(PivotTop(), y)
     frame, mesh = view.frame(moment), view.scene.parts["top"].mesh
@@ -151,7 +147,7 @@ def test_the_tip_of_a_top_is_where_its_mesh_ends_and_the_path_goes() -> None:
     assert np.allclose(placed(frame.poses["top"], [0.0, 0.0, 0.0]), [0.5, -0.3, 0.0])
 
 
-def test_arrows_are_the_vectors_of_the_system_in_the_world() -> None:
+def test_arrows_are_the_vectors_of_the_system_in_the_world():
     body = systems.FreeBody(1.0, 2.0, 3.0)
     omega, torque = np.array([0.3, -0.5, 0.4]), np.array([0.1, 0.2, -0.3])
     view, moment = at(SpinCapture(), body.state(q=Q, omega_body=omega), torque)
@@ -162,7 +158,7 @@ def test_arrows_are_the_vectors_of_the_system_in_the_world() -> None:
         assert np.allclose(arrows[name] / np.linalg.norm(arrows[name]), direction), name
 
 
-def test_the_goal_of_a_spin_is_the_arrow_at_which_omega_arrives() -> None:
+def test_the_goal_of_a_spin_is_the_arrow_at_which_omega_arrives():
     for task, sign in ((IntermediateAxis(), 1.0), (AxisFlip(), -1.0)):
         y = systems.FreeBody.state(q=Q, omega_body=[0.0, sign * task.spin_rate, 0.0])
         view, moment = at(task, y)
@@ -171,7 +167,7 @@ def test_the_goal_of_a_spin_is_the_arrow_at_which_omega_arrives() -> None:
         assert np.allclose(tip, frame.arrows["omega"][1])
 
 
-def test_ghosts_are_where_the_task_wants_the_body() -> None:
+def test_ghosts_are_where_the_task_wants_the_body():
     goal = dict(zip(("goal_w", "goal_x", "goal_y", "goal_z"), Q.tolist(), strict=True))
     view, moment = at(Reorient(), systems.FreeBody.state(), **goal)
     assert np.allclose(view.frame(moment).poses["goal"].q, Q)
@@ -183,7 +179,7 @@ def test_ghosts_are_where_the_task_wants_the_body() -> None:
     assert np.allclose(pose.q, [1.0, 0.0, 0.0, 0.0]) and np.allclose(pose.position, [0, 0, 1])
 
 
-def test_the_axis_of_a_top_at_the_commanded_tilt_lies_on_the_cone() -> None:
+def test_the_axis_of_a_top_at_the_commanded_tilt_lies_on_the_cone():
     q = [math.cos(0.25), math.sin(0.25), 0.0, 0.0]
     view, moment = at(TopPrecession(), systems.HeavyTop.state(q=q), goal_tilt=0.5)
     frame = view.frame(moment)
@@ -193,7 +189,7 @@ def test_the_axis_of_a_top_at_the_commanded_tilt_lies_on_the_cone() -> None:
     assert np.allclose(frame.poses["goal_ring"].position, [0.0, 0.0, high])
 
 
-def test_the_ghost_of_the_plate_stands_on_its_tilted_surface() -> None:
+def test_the_ghost_of_the_plate_stands_on_its_tilted_surface():
     y = systems.DynamicBall.state(position=[0.8, -0.5], tilt=[0.1, -0.2])
     view, moment = at(BallPlate(), y, point_X=0.8, point_Y=-0.5)
     poses = view.frame(moment).poses
@@ -202,12 +198,12 @@ def test_the_ghost_of_the_plate_stands_on_its_tilted_surface() -> None:
 
 
 @pytest.mark.parametrize("moments", [(1.1, 1.8, 2.4), (2.0, 2.0, 2.0), (3.0, 1.5, 2.0)])
-def test_a_box_has_the_ratios_of_the_moments_of_its_body(moments: tuple[float, ...]) -> None:
+def test_a_box_has_the_ratios_of_the_moments_of_its_body(moments):
     inertia = np.diag(bodies.box(1.0, *sides(moments)).inertia)
     assert np.allclose(inertia / inertia.sum(), np.array(moments) / np.sum(moments))
 
 
-def test_a_body_in_another_order_of_moments_is_a_box() -> None:
+def test_a_body_in_another_order_of_moments_is_a_box():
     view, moment = at(Detumble(I1=3.0, I2=1.5, I3=2.0), systems.FreeBody.state())
     assert view.frame(moment).poses["body"].scale == pytest.approx(tuple(sides((3.0, 1.5, 2.0))))
 
@@ -220,7 +216,7 @@ class BallParkOfMineView(GenericView):
     """A view in the module of its task."""
 
 
-def test_a_view_is_found_by_the_name_of_its_task_or_system_or_of_one_that_they_inherit() -> None:
+def test_a_view_is_found_by_the_name_of_its_task_or_system_or_of_one_that_they_inherit():
     class Another(BallParkOfMine):
         pass
 
@@ -242,7 +238,7 @@ def test_a_view_is_found_by_the_name_of_its_task_or_system_or_of_one_that_they_i
         assert (found.__module__, found.__name__) == (module, name)
 
 
-def test_a_system_without_a_view_is_a_box_with_its_state_in_words() -> None:
+def test_a_system_without_a_view_is_a_box_with_its_state_in_words():
     task = SleepingTop()
     system = task.system()
     parameters = {name: getattr(system, name) for name in system.parameter_names()}
@@ -252,7 +248,7 @@ def test_a_system_without_a_view_is_a_box_with_its_state_in_words() -> None:
     assert "omega2 2.000" in frame.text
 
 
-def moved(task: Any, y: Array, u: Array, dt: float, **aux: float) -> list[SceneFrame]:
+def moved(task, y, u, dt, **aux):
     """Frames of a motion: at its start, after dt / 2 and after dt."""
     rows = task.system().simulate(y, [0.0, 0.5 * dt, dt], u).y
     frames = []
@@ -280,7 +276,7 @@ ROLLING = {
 
 
 @pytest.mark.parametrize("name", ROLLING)
-def test_the_paths_on_plane_and_ball_roll_on_each_other(name: str) -> None:
+def test_the_paths_on_plane_and_ball_roll_on_each_other(name):
     """No slip: the contact moves alike on both; so a mirrored path, or one too long, is noticed."""
     task, y, u = ROLLING[name]
     aux = {"goal_w": 1.0, "reference_w": 1.0}
@@ -296,7 +292,7 @@ def test_the_paths_on_plane_and_ball_roll_on_each_other(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ROLLING)
-def test_the_point_of_contact_is_the_foot_of_the_ball(name: str) -> None:
+def test_the_point_of_contact_is_the_foot_of_the_ball(name):
     task, y, u = ROLLING[name]
     _, frame, _ = moved(task, y, np.array(u), 1e-4, goal_w=1.0, reference_w=1.0)
     ball = frame.poses["ball"]
@@ -320,7 +316,7 @@ WHEELS = {
 
 
 @pytest.mark.parametrize("part", WHEELS)
-def test_the_foot_of_a_wheel_rests_on_its_track(part: str) -> None:
+def test_the_foot_of_a_wheel_rests_on_its_track(part):
     """It rolls without slipping, and in the right sense: its lowest point has no velocity."""
     task, y = WHEELS[part]
     u = np.zeros(len(task.system().input_entries))
@@ -342,7 +338,7 @@ def test_the_foot_of_a_wheel_rests_on_its_track(part: str) -> None:
 
 
 @pytest.mark.parametrize("spin", [1.5, -1.5])
-def test_the_green_circle_is_the_one_of_the_commanded_curvature(spin: float) -> None:
+def test_the_green_circle_is_the_one_of_the_commanded_curvature(spin):
     y = systems.RollingDisk.state(q=Q, omega_body=[0.2, -0.3, spin])
     curvature = float(rolling(DiskState(*y)).curvature)
     task = DiskRoll()

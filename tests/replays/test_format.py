@@ -17,19 +17,18 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import in_full
 from rigid_envs.watch.replays.recording import RecordReplay, RecordRows
 from rigid_envs.watch.replays.replay import load_replay, play_again, same_bits
-from tests.fixtures import Patch
 from tests.replays.examples import recorded
 
 Arrays = dict[str, np.ndarray[Any, Any]]
 
 
 @pytest.fixture(scope="module")
-def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def file(tmp_path_factory):
     replay = recorded("RigidEnvs/BallPark-v0", radius=(0.8, 1.2))
     return replay.save(tmp_path_factory.mktemp("replays") / "ball.npz")
 
 
-def changed(file: Path, out: Path, change: Any, version: int = 3) -> Path:
+def changed(file, out, change, version=3):
     """A copy of a replay with its arrays changed, and a digest to match; version 2 has none."""
     with np.load(file) as archive:
         arrays = dict(archive)
@@ -44,19 +43,19 @@ def changed(file: Path, out: Path, change: Any, version: int = 3) -> Path:
     return out
 
 
-def as_bytes(header: dict[str, Any]) -> np.ndarray[Any, Any]:
+def as_bytes(header):
     return np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
 
 
-def header_with(**entries: Any) -> Any:
-    def change(arrays: Arrays) -> None:
+def header_with(**entries):
+    def change(arrays):
         arrays["header"] = as_bytes(json.loads(arrays["header"].tobytes()) | entries)
 
     return change
 
 
-def header_without(name: str) -> Any:
-    def change(arrays: Arrays) -> None:
+def header_without(name):
+    def change(arrays):
         header = json.loads(arrays["header"].tobytes())
         del header[name]
         arrays["header"] = as_bytes(header)
@@ -65,9 +64,7 @@ def header_without(name: str) -> Any:
 
 
 @in_full(ENVIRONMENTS)
-def test_every_environment_is_saved_and_read_and_played_again_to_the_bit(
-    env_id: str, tmp_path: Path
-) -> None:
+def test_every_environment_is_saved_and_read_and_played_again_to_the_bit(env_id, tmp_path):
     noisy = {"action_noise": 0.3, "observation_noise": 0.1, "action_delay": 2}
     replay = recorded(env_id, n_episodes=2, **({} if "Grid" in env_id else noisy))
     file = replay.save(tmp_path / "replay")
@@ -86,7 +83,7 @@ def test_every_environment_is_saved_and_read_and_played_again_to_the_bit(
     assert header["units"] == {"cost": replay.task.cost_unit, "metric": known.cost}
 
 
-def test_the_name_of_a_file_ends_in_npz_whatever_was_asked_for(tmp_path: Path) -> None:
+def test_the_name_of_a_file_ends_in_npz_whatever_was_asked_for(tmp_path):
     replay = recorded("RigidEnvs/Detumble-v0", n_steps=1)
     for name, written in (("a", "a.npz"), ("b.npz", "b.npz"), ("of.mine", "of.mine.npz")):
         file = replay.save(tmp_path / "new" / name)
@@ -94,18 +91,18 @@ def test_the_name_of_a_file_ends_in_npz_whatever_was_asked_for(tmp_path: Path) -
     assert len(list(file.parent.iterdir())) == 3
 
 
-def test_equal_replays_are_equal_bytes(tmp_path: Path) -> None:
+def test_equal_replays_are_equal_bytes(tmp_path):
     replay = recorded("RigidEnvs/Detumble-v0")
     files = [replay.save(tmp_path / name) for name in ("one.npz", "two.npz")]
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
-def test_a_replay_of_a_hundred_steps_is_small(tmp_path: Path) -> None:
+def test_a_replay_of_a_hundred_steps_is_small(tmp_path):
     file = recorded("RigidEnvs/Reorient-v0", n_steps=100).save(tmp_path / "replay")
     assert file.stat().st_size < 40_000
 
 
-def test_an_array_that_claims_more_than_it_holds_is_refused(file: Path, tmp_path: Path) -> None:
+def test_an_array_that_claims_more_than_it_holds_is_refused(file, tmp_path):
     buffer = io.BytesIO()
     np.lib.format.write_array_header_1_0(
         buffer, {"descr": "<f8", "fortran_order": False, "shape": (10**12, 6)}
@@ -116,7 +113,7 @@ def test_an_array_that_claims_more_than_it_holds_is_refused(file: Path, tmp_path
         load_replay(tmp_path / "large.npz")
 
 
-def test_more_than_can_be_read_again_is_not_written(tmp_path: Path) -> None:
+def test_more_than_can_be_read_again_is_not_written(tmp_path):
     for arrays in ({"a": np.empty(2**25 + 1)}, {str(k): np.zeros(0) for k in range(50_001)}):
         with pytest.raises(ValueError, match=r"expected at most 50000 of .*: write several files"):
             write_arrays(tmp_path / "a.npz", arrays)
@@ -124,9 +121,7 @@ def test_more_than_can_be_read_again_is_not_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("packed", [False, True])
-def test_whatever_is_written_can_be_read_again_up_to_the_last_byte(
-    packed: bool, tmp_path: Path, monkeypatch: Patch
-) -> None:
+def test_whatever_is_written_can_be_read_again_up_to_the_last_byte(packed, tmp_path, monkeypatch):
     path, sizes = tmp_path / "a.npz", range(1700, 2003)
     noise = np.frombuffer(np.random.default_rng(0).bytes(sizes[-1]), np.uint8)
     monkeypatch.setattr("rigid_envs.base.files._LIMIT", 2000)
@@ -144,9 +139,7 @@ def test_whatever_is_written_can_be_read_again_up_to_the_last_byte(
     assert (taken[-1] if packed else path.stat().st_size) == 2000  # what is in it, or the file
 
 
-def test_as_many_arrays_are_written_as_can_be_read_again(
-    tmp_path: Path, monkeypatch: Patch
-) -> None:
+def test_as_many_arrays_are_written_as_can_be_read_again(tmp_path, monkeypatch):
     monkeypatch.setattr("rigid_envs.base.files._MOST", 3)
     path = tmp_path / "a.npz"
     write_arrays(path, dict.fromkeys("abc", np.zeros(1)))
@@ -190,8 +183,8 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("name", ["rewards", "costs", "success", "applied", "u"])
-def test_numbers_of_an_episode_cannot_be_changed(name: str, file: Path, tmp_path: Path) -> None:
-    def change(arrays: Arrays) -> None:
+def test_numbers_of_an_episode_cannot_be_changed(name, file, tmp_path):
+    def change(arrays):
         array = arrays[f"0/{name}"]
         array[2] = ~array[2] if array.dtype == np.bool_ else array[2] + 1.0
 
@@ -206,23 +199,21 @@ def test_numbers_of_an_episode_cannot_be_changed(name: str, file: Path, tmp_path
         load_replay(changed(file, out, change, version=2))
 
 
-def test_a_file_of_the_version_before_digests_is_read(file: Path, tmp_path: Path) -> None:
+def test_a_file_of_the_version_before_digests_is_read(file, tmp_path):
     old = load_replay(changed(file, tmp_path / "old.npz", lambda arrays: None, version=2))
     assert same_bits(old.episodes[0], load_replay(file).episodes[0])
 
 
 @pytest.mark.parametrize("message", CHANGES)
-def test_wrong_content_is_refused_by_name(message: str, file: Path, tmp_path: Path) -> None:
+def test_wrong_content_is_refused_by_name(message, file, tmp_path):
     with pytest.raises(DamagedFileError, match=message):
         load_replay(changed(file, tmp_path / "changed.npz", CHANGES[message]))
 
 
 @pytest.mark.parametrize("k", [1, 3, 6])
 @pytest.mark.parametrize("step", [0.0, -0.05, -1.0])
-def test_times_that_stand_still_or_go_back_are_refused(
-    k: int, step: float, file: Path, tmp_path: Path
-) -> None:
-    def change(arrays: Arrays) -> None:
+def test_times_that_stand_still_or_go_back_are_refused(k, step, file, tmp_path):
+    def change(arrays):
         times = arrays["0/times"]
         times[k:] += times[k - 1] + step - times[k]  # all others go on as they did
 
@@ -231,15 +222,13 @@ def test_times_that_stand_still_or_go_back_are_refused(
 
 
 @pytest.mark.parametrize("label", ["\x1b[2J", "two\nlines", "x" * 201, 3])
-def test_a_label_that_could_not_be_read_again_is_refused_before_anything_is_played(
-    label: Any,
-) -> None:
+def test_a_label_that_could_not_be_read_again_is_refused_before_anything_is_played(label):
     with pytest.raises(ValueError, match=r"^label = "):
         RecordReplay(gym.make("RigidEnvs/Detumble-v0"), label=label)
     with pytest.raises(ValueError, match=r"^label = "):
         RecordRows(gym.make_vec("RigidEnvs/Detumble-v0", num_envs=2), label=label)
 
 
-def test_a_missing_file_is_a_missing_file(tmp_path: Path) -> None:
+def test_a_missing_file_is_a_missing_file(tmp_path):
     with pytest.raises(FileNotFoundError):
         load_replay(tmp_path / "none.npz")

@@ -5,10 +5,8 @@ import importlib
 import io
 import shutil
 import time
-from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -23,13 +21,13 @@ FLAGS = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 
 
-def executable() -> str | None:
+def executable():
     """A Chromium that is installed; None leaves it to Playwright's own."""
     return next(filter(None, map(shutil.which, NAMES)), None)
 
 
 @contextmanager
-def chromium() -> Iterator[Any]:
+def chromium():
     """A browser; skips the test where there is none."""
     playwright = pytest.importorskip(
         "playwright.sync_api", reason="no browser tests without Playwright: pip install playwright"
@@ -46,26 +44,26 @@ def chromium() -> Iterator[Any]:
 class Watched:
     """A page with all that it logs, and all that it asks the network for."""
 
-    def __init__(self, browser: Any, width: int, height: int) -> None:
+    def __init__(self, browser, width, height):
         self.page = browser.new_page(viewport={"width": width, "height": height})
-        self.complaints: list[str] = []
-        self.requests: list[str] = []
+        self.complaints = []
+        self.requests = []
         self.page.on("console", self._logged)
         self.page.on("pageerror", lambda error: self.complaints.append(str(error)))
         self.page.on("request", lambda request: self.requests.append(request.url))
 
-    def _logged(self, message: Any) -> None:
+    def _logged(self, message):
         if message.type in ("error", "warning"):
             self.complaints.append(message.text)
 
-    def open(self, file: Path) -> Any:
+    def open(self, file):
         """The page of a file, once it is ready."""
         self.page.goto(file.as_uri())
         wait_until(self.page, "window.rigidReplay !== undefined")
         return self.page
 
 
-def wait_until(page: Any, claim: str, seconds: float = 20.0) -> None:
+def wait_until(page, claim, seconds=20.0):
     """Wait for a claim; Playwright's own waiting evaluates text, which the page forbids."""
     end = time.monotonic() + seconds
     while not page.evaluate(claim):
@@ -77,13 +75,13 @@ SIZES = {"desk": (1280, 800), "phone": (390, 844)}
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
+def browser():
     with chromium() as started:
         yield started
 
 
 @pytest.fixture(scope="module")
-def body(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+def body(tmp_path_factory):
     """A replay, and its page."""
     folder = tmp_path_factory.mktemp("pages")
     file = free_body().save(folder / "body.npz")
@@ -91,24 +89,24 @@ def body(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 @pytest.fixture(scope="module")
-def balls(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def balls(tmp_path_factory):
     shown = [(rolling_ball("policy", 0), 0), (rolling_ball("reference", 1, 25), 0)]
     return write_html(tmp_path_factory.mktemp("pages") / "balls.html", shown)
 
 
-def picture(page: Any, selector: str) -> np.ndarray[Any, Any]:
+def picture(page, selector):
     """What is seen of an element, RGB."""
     image = pytest.importorskip("PIL.Image")
     shot = page.locator(selector).first.screenshot()
     return np.asarray(image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
 
 
-def differs(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def differs(one, other):
     """Pixels of another colour."""
     return np.abs(one - other).max(axis=-1) > 30
 
 
-def seek(page: Any, time: float) -> None:
+def seek(page, time):
     """Go to a time, and wait until it is drawn."""
     page.evaluate("time => rigidReplay.clock.seek(time)", time)
     page.evaluate("() => new Promise(done => requestAnimationFrame(() => setTimeout(done, 60)))")
@@ -116,9 +114,7 @@ def seek(page: Any, time: float) -> None:
 
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("which", ["body", "balls"])
-def test_page_opens_from_disk_without_error_or_network(
-    browser: Any, body: tuple[Path, Path], balls: Path, which: str, size: str
-) -> None:
+def test_page_opens_from_disk_without_error_or_network(browser, body, balls, which, size):
     file = body[1] if which == "body" else balls
     watched = Watched(browser, *SIZES[size])
     page = watched.open(file)
@@ -132,7 +128,7 @@ def test_page_opens_from_disk_without_error_or_network(
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_nothing_is_cut_off(browser: Any, balls: Path, size: str) -> None:
+def test_nothing_is_cut_off(browser, balls, size):
     width, height = SIZES[size]
     page = Watched(browser, width, height).open(balls)
     assert page.evaluate("document.documentElement.scrollWidth") <= width
@@ -144,7 +140,7 @@ def test_nothing_is_cut_off(browser: Any, balls: Path, size: str) -> None:
 
 
 @pytest.mark.push
-def test_motion_is_seen_and_scrubbing_changes_it(browser: Any, body: tuple[Path, Path]) -> None:
+def test_motion_is_seen_and_scrubbing_changes_it(browser, body):
     page = Watched(browser, *SIZES["desk"]).open(body[1])
     seek(page, 0.0)
     before = picture(page, ".panel > .view")
@@ -161,7 +157,7 @@ def test_motion_is_seen_and_scrubbing_changes_it(browser: Any, body: tuple[Path,
     page.close()
 
 
-def test_dragging_turns_the_camera_and_the_button_turns_it_back(browser: Any, balls: Path) -> None:
+def test_dragging_turns_the_camera_and_the_button_turns_it_back(browser, balls):
     page = Watched(browser, *SIZES["desk"]).open(balls)
     place = "rigidReplay.panels.main.map(stage => stage.camera.position.toArray())"
     before = np.array(page.evaluate(place))
@@ -176,7 +172,7 @@ def test_dragging_turns_the_camera_and_the_button_turns_it_back(browser: Any, ba
     page.close()
 
 
-def test_keys_play_step_and_change_speed(browser: Any, body: tuple[Path, Path]) -> None:
+def test_keys_play_step_and_change_speed(browser, body):
     page = Watched(browser, *SIZES["desk"]).open(body[1])
     now = "rigidReplay.clock.time"
     page.keyboard.press("ArrowRight")
@@ -197,7 +193,7 @@ def test_keys_play_step_and_change_speed(browser: Any, body: tuple[Path, Path]) 
 
 
 @pytest.mark.push
-def test_plotted_energy_error_is_the_stored_one(browser: Any, body: tuple[Path, Path]) -> None:
+def test_plotted_energy_error_is_the_stored_one(browser, body):
     replay = load_replay(body[0])
     (episode,) = replay.episodes
     errors = conservation_errors(replay.task.system(episode.parameters), episode.y)
@@ -219,7 +215,7 @@ def test_plotted_energy_error_is_the_stored_one(browser: Any, body: tuple[Path, 
     page.close()
 
 
-def test_poses_of_the_page_are_those_of_the_file(browser: Any, body: tuple[Path, Path]) -> None:
+def test_poses_of_the_page_are_those_of_the_file(browser, body):
     (episode,) = load_replay(body[0]).episodes
     page = Watched(browser, *SIZES["desk"]).open(body[1])
     for k in (0, 11, 60):
@@ -231,7 +227,7 @@ def test_poses_of_the_page_are_those_of_the_file(browser: Any, body: tuple[Path,
     page.close()
 
 
-def test_pages_are_small_and_hold_no_address(body: tuple[Path, Path], balls: Path) -> None:
+def test_pages_are_small_and_hold_no_address(body, balls):
     for file in (body[1], balls):
         text = file.read_text()
         assert len(text.encode()) < MOST_BYTES
@@ -239,7 +235,7 @@ def test_pages_are_small_and_hold_no_address(body: tuple[Path, Path], balls: Pat
 
 
 @pytest.mark.push
-def test_no_text_of_a_file_can_end_the_document_of_the_page(browser: Any, tmp_path: Path) -> None:
+def test_no_text_of_a_file_can_end_the_document_of_the_page(browser, tmp_path):
     label = "</script><img src=x onerror=alert(1)><!--"
     file = write_html(tmp_path / "page.html", [(rolling_ball(label, 0, 3), 0)])
     watched = Watched(browser, 800, 600)
@@ -249,12 +245,12 @@ def test_no_text_of_a_file_can_end_the_document_of_the_page(browser: Any, tmp_pa
     page.close()
 
 
-def test_long_episodes_side_by_side_fit_a_page() -> None:
+def test_long_episodes_side_by_side_fit_a_page():
     assert len(html(4 * [(free_body(300), 0)]).encode()) < MOST_BYTES
 
 
 @pytest.mark.push
-def test_shipped_viewer_is_built_from_the_sources_beside_it() -> None:
+def test_shipped_viewer_is_built_from_the_sources_beside_it():
     folder = (
         Path(importlib.import_module("rigid_envs.watch.replays").__file__ or "").parent / "viewer"
     )

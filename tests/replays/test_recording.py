@@ -3,7 +3,6 @@
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -18,14 +17,13 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import break_physics
 from rigid_envs.tools.cli import main
 from rigid_envs.watch.replays.recording import RecordReplay, RecordRows, record_starts
-from rigid_envs.watch.replays.replay import Replay, id_of, load_replay, play_again, same_bits
-from tests.fixtures import Capture, Patch
+from rigid_envs.watch.replays.replay import id_of, load_replay, play_again, same_bits
 from tests.replays.examples import free_body, rolling_ball
 
 PARK = "RigidEnvs/BallPark-v0"
 
 
-def test_the_wrapper_changes_nothing_and_keeps_what_happened() -> None:
+def test_the_wrapper_changes_nothing_and_keeps_what_happened():
     plain, env = gym.make(PARK), RecordReplay(gym.make(PARK))
     env.action_space.seed(0)
     assert np.array_equal(plain.reset(seed=5)[0], env.reset(seed=5)[0])
@@ -41,7 +39,7 @@ def test_the_wrapper_changes_nothing_and_keeps_what_happened() -> None:
     assert not episode.terminated and not episode.truncated
 
 
-def test_close_saves_finished_and_unfinished_episodes(tmp_path: Path) -> None:
+def test_close_saves_finished_and_unfinished_episodes(tmp_path):
     env = RecordReplay(gym.make(PARK, max_episode_steps=4), tmp_path / "some.npz", "idle")
     for n_steps in (4, 2):
         env.reset(seed=1)
@@ -55,7 +53,7 @@ def test_close_saves_finished_and_unfinished_episodes(tmp_path: Path) -> None:
     ]
 
 
-def test_only_the_last_episodes_are_kept() -> None:
+def test_only_the_last_episodes_are_kept():
     env = RecordReplay(gym.make(PARK, max_episode_steps=1), last=2)
     firsts = []
     for seed in range(4):
@@ -66,9 +64,9 @@ def test_only_the_last_episodes_are_kept() -> None:
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
-def test_rows_of_a_vector_environment_are_recorded_as_single_ones(mode: AutoresetMode) -> None:
+def test_rows_of_a_vector_environment_are_recorded_as_single_ones(mode):
     options = {"vectorization_mode": "vector_entry_point"}
-    vector: Any = gym.make_vec(
+    vector = gym.make_vec(
         PARK, 3, **options, max_episode_steps=5, autoreset_mode=mode, action_noise=0.1
     )
     envs = RecordRows(vector, rows=(2,))
@@ -96,12 +94,12 @@ def test_rows_of_a_vector_environment_are_recorded_as_single_ones(mode: Autorese
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))
-def test_a_masked_reset_ends_the_recordings_of_its_rows_alone(mode: AutoresetMode) -> None:
-    vector: Any = gym.make_vec(PARK, 4, autoreset_mode=mode, max_episode_steps=9)
+def test_a_masked_reset_ends_the_recordings_of_its_rows_alone(mode):
+    vector = gym.make_vec(PARK, 4, autoreset_mode=mode, max_episode_steps=9)
     envs = RecordRows(vector, rows=(0, 1, 3))
     envs.action_space.seed(0)
     envs.reset(seed=0)
-    seen: list[list[Any]] = [[] for _ in range(4)]  # states of the episodes of each row
+    seen = [[] for _ in range(4)]  # states of the episodes of each row
     for chosen in ((0, 1, 2, 3), (0, 2), (1, 2), (2,)):
         if len(chosen) < 4:
             envs.reset(options={"reset_mask": np.isin(np.arange(4), chosen)})
@@ -120,8 +118,8 @@ def test_a_masked_reset_ends_the_recordings_of_its_rows_alone(mode: AutoresetMod
     assert next(episodes, None) is None
 
 
-def test_the_first_episode_of_each_row_can_be_recorded_alone(tmp_path: Path) -> None:
-    vector: Any = gym.make_vec(PARK, 2, max_episode_steps=3, autoreset_mode="SameStep")
+def test_the_first_episode_of_each_row_can_be_recorded_alone(tmp_path):
+    vector = gym.make_vec(PARK, 2, max_episode_steps=3, autoreset_mode="SameStep")
     envs = RecordRows(vector, rows=(0, 1), file=tmp_path / "rows.npz", first=1)
     envs.reset(seed=0)
     for _ in range(10):
@@ -131,10 +129,8 @@ def test_the_first_episode_of_each_row_can_be_recorded_alone(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("file", [None, "rows.npz"])
-def test_to_close_the_recorder_closes_what_it_records(
-    tmp_path: Path, monkeypatch: Patch, file: str | None
-) -> None:
-    closed: list[Any] = []
+def test_to_close_the_recorder_closes_what_it_records(tmp_path, monkeypatch, file):
+    closed = []
     for kind in (RigidEnv, RigidVectorEnv):
         monkeypatch.setattr(kind, "close", lambda env, **_: closed.append(env))
     place = None if file is None else tmp_path / file
@@ -149,7 +145,7 @@ def test_to_close_the_recorder_closes_what_it_records(
     assert [env.num_envs for env in closed] == [1]
 
 
-def test_what_cannot_be_recorded_is_refused() -> None:
+def test_what_cannot_be_recorded_is_refused():
     with pytest.raises(ValueError, match="expected an environment of rigid_envs"):
         RecordReplay(gym.make("CartPole-v1"))
     rescaled = gym.wrappers.RescaleAction(gym.make(PARK), np.float32(-2.0), np.float32(2.0))
@@ -161,7 +157,7 @@ def test_what_cannot_be_recorded_is_refused() -> None:
         RecordReplay(gym.make(PARK)).replay()
 
 
-def test_the_id_is_that_of_the_environment_or_else_that_of_its_task(monkeypatch: Patch) -> None:
+def test_the_id_is_that_of_the_environment_or_else_that_of_its_task(monkeypatch):
     mine = replace(ENVIRONMENTS[PARK], id="Mine/Park-v0")  # another id of the same task
     known = {**ENVIRONMENTS, mine.id: mine}
     monkeypatch.setattr("rigid_envs.watch.replays.replay.ENVIRONMENTS", known)
@@ -176,7 +172,7 @@ def test_the_id_is_that_of_the_environment_or_else_that_of_its_task(monkeypatch:
         id_of(env, task)
 
 
-def test_a_state_that_is_set_past_the_wrapper_is_noticed() -> None:
+def test_a_state_that_is_set_past_the_wrapper_is_noticed():
     env = RecordReplay(gym.make(PARK, max_episode_steps=2))
     env.reset(seed=0)
     env.step(np.ones(2, dtype=np.float32))
@@ -185,8 +181,8 @@ def test_a_state_that_is_set_past_the_wrapper_is_noticed() -> None:
         env.step(np.ones(2, dtype=np.float32))
 
 
-def test_a_start_outside_an_episode_is_not_played_on() -> None:
-    env: Any = gym.make(PARK).unwrapped
+def test_a_start_outside_an_episode_is_not_played_on():
+    env = gym.make(PARK).unwrapped
     action = np.ones((1, 2), dtype=np.float32)
     with pytest.raises(ValueError, match="expected that of an episode: call reset"):
         play_again(env.task, env.get_state(), action)
@@ -197,7 +193,7 @@ def test_a_start_outside_an_episode_is_not_played_on() -> None:
         play_again(env.task, env.get_state(), action)
 
 
-def test_other_wrappers_go_around_the_recording_one() -> None:
+def test_other_wrappers_go_around_the_recording_one():
     env = gym.wrappers.RescaleAction(
         RecordReplay(gym.make(PARK)), np.float32(-2.0), np.float32(2.0)
     )
@@ -208,7 +204,7 @@ def test_other_wrappers_go_around_the_recording_one() -> None:
     assert recording.replay().episodes[0].actions[0].tolist() == [0.5, 0.5]
 
 
-def test_replays_of_an_evaluation_are_its_episodes() -> None:
+def test_replays_of_an_evaluation_are_its_episodes():
     policy = from_controller(reference_controllers(PARK)["shortest_path"])
     replay = record_starts(policy, PARK, 3, "reference")
     found = evaluate(PARK, policy, n=3)
@@ -220,7 +216,7 @@ def test_replays_of_an_evaluation_are_its_episodes() -> None:
         assert same_bits(episode, play_again(replay.task, episode.start, episode.actions))
 
 
-def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: Patch) -> None:
+def test_the_example_of_the_guide_runs(tmp_path, monkeypatch):
     text = (Path(__file__).parents[2] / "docs" / "replays.md").read_text()
     (code,) = re.findall(r"```python\n(.+?)```", text, flags=re.DOTALL)
     monkeypatch.chdir(tmp_path)
@@ -229,7 +225,7 @@ def test_the_example_of_the_guide_runs(tmp_path: Path, monkeypatch: Patch) -> No
 
 
 @pytest.fixture(scope="module")
-def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("replays")
     return [
         free_body(20).save(folder / "body.npz"),
@@ -237,16 +233,14 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     ]
 
 
-def test_episodes_are_printed_and_played_again(files: list[Path], capsys: Capture) -> None:
+def test_episodes_are_printed_and_played_again(files, capsys):
     assert main(["replay", *map(str, files)]) == 0
     text = capsys.readouterr().out
     assert "RigidEnvs/IntermediateAxis-v0   cost: torque impulse [N m s]" in text
     assert text.count("same bits") == 2 and "policy" in text
 
 
-def test_the_status_says_whether_a_file_tells_what_its_actions_lead_to(
-    files: list[Path], tmp_path: Path, capsys: Capture
-) -> None:
+def test_the_status_says_whether_a_file_tells_what_its_actions_lead_to(files, tmp_path, capsys):
     replay = load_replay(files[0])
     (episode,) = replay.episodes
     better = replace(episode, rewards=episode.rewards + 1.0)
@@ -256,8 +250,8 @@ def test_the_status_says_whether_a_file_tells_what_its_actions_lead_to(
 
 
 def test_a_row_says_whether_the_last_step_was_a_success_and_how_the_episode_ended(
-    files: list[Path], tmp_path: Path, capsys: Capture
-) -> None:
+    files, tmp_path, capsys
+):
     replay = load_replay(files[1])
     (episode,) = replay.episodes
     first, last = ([k == end for k in range(len(episode))] for end in (0, len(episode) - 1))
@@ -273,9 +267,7 @@ def test_a_row_says_whether_the_last_step_was_a_success_and_how_the_episode_ende
     assert words == [["yes", "ended"], ["no", "cut off"], ["no", "left"]]
 
 
-def test_a_page_of_several_files_is_written(
-    files: list[Path], tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_page_of_several_files_is_written(files, tmp_path, capsys):
     out = tmp_path / "page.html"
     assert main(["replay", *map(str, files), "--html", str(out)]) == 0
     assert f"written to {out}" in capsys.readouterr().out
@@ -293,9 +285,9 @@ def test_a_page_of_several_files_is_written(
     ],
 )
 def test_the_first_episodes_of_a_file_or_the_first_of_each_are_shown_or_those_that_are_named(
-    files: list[Path], tmp_path: Path, monkeypatch: Patch, words: str,
-    lengths: list[int]
-) -> None:  # fmt: skip
+    files, tmp_path, monkeypatch, words,
+    lengths
+):  # fmt: skip
     ball = rolling_ball("policy", 0, 6)
     (whole,) = ball.episodes
     many = [play_again(ball.task, whole.start, whole.actions[:k]) for k in range(1, 6)]
@@ -303,9 +295,9 @@ def test_the_first_episodes_of_a_file_or_the_first_of_each_are_shown_or_those_th
         "MANY": str(replace(ball, episodes=tuple(many)).save(tmp_path / "many.npz")),
         "BALL": str(files[1]),
     }
-    shown: list[int] = []
+    shown = []
 
-    def note(file: Path, chosen: list[tuple[Replay, int]]) -> Path:
+    def note(file, chosen):
         shown.extend(len(replay.episodes[k]) for replay, k in chosen)
         return Path(places["MANY"])
 
@@ -324,9 +316,7 @@ def test_the_first_episodes_of_a_file_or_the_first_of_each_are_shown_or_those_th
         ("BALL --video a.mp4 --speed 0", "--speed = 0.0; expected a positive"),
     ],
 )
-def test_what_cannot_be_shown_is_refused(
-    files: list[Path], tmp_path: Path, arguments: str, message: str, capsys: Capture
-) -> None:
+def test_what_cannot_be_shown_is_refused(files, tmp_path, arguments, message, capsys):
     places = {"BALL": str(files[1]), "OUT": str(tmp_path / "page.html")}
     assert main(["replay", *(places.get(word, word) for word in arguments.split())]) == 2
     said = capsys.readouterr()
@@ -335,9 +325,7 @@ def test_what_cannot_be_shown_is_refused(
     assert not (tmp_path / "page.html").exists()
 
 
-def test_a_film_of_several_files_is_written(
-    files: list[Path], tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_film_of_several_files_is_written(files, tmp_path, capsys):
     pytest.importorskip("panda3d")
     film = tmp_path / "both.webp"
     words = [str(file) for file in files[:2]]

@@ -14,9 +14,7 @@ import pytest
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tasks.task import Task
 from rigid_envs.watch.replays.page import (
-    Curve,
     Packer,
     conservation_errors,
     curves,
@@ -24,8 +22,7 @@ from rigid_envs.watch.replays.page import (
     insets,
     is_driven,
 )
-from rigid_envs.watch.replays.replay import PastEpisode, Replay, moment_at, moments, play_again
-from rigid_envs.watch.views import Panel
+from rigid_envs.watch.replays.replay import moment_at, moments, play_again
 from tests.replays.examples import free_body, idle, recorded, rolling_ball
 from tests.systems.examples import BALL, BODY, COIN, DISK, ROLLER, SYSTEMS, TOP, name_of, states
 
@@ -33,26 +30,26 @@ Array = np.ndarray[Any, Any]
 
 
 @pytest.fixture(scope="module")
-def free() -> tuple[Task, PastEpisode]:
+def free():
     replay = free_body()
     return replay.task, replay.episodes[0]
 
 
 @pytest.fixture(scope="module")
-def spun() -> tuple[Task, PastEpisode]:
+def spun():
     """A top that leans by 0.4 rad and is spun about its axis."""
     state = {"q": [np.cos(0.2), np.sin(0.2), 0.0, 0.0], "omega_body": [0.0, 0.0, 3.0]}
     replay = idle("RigidEnvs/SleepingTop-v0", state=state)
     return replay.task, replay.episodes[0]
 
 
-def inset(task: Task, episode: PastEpisode, driven: bool) -> Panel:
+def inset(task, episode, driven):
     """The one inset of a moment of each step."""
     (panel,) = insets(task.system(episode.parameters), moments(task, episode, 1), driven)
     return panel
 
 
-def test_errors_are_those_of_the_definitions(free: tuple[Task, PastEpisode]) -> None:
+def test_errors_are_those_of_the_definitions(free):
     task, episode = free
     omega, moment = episode.y[:, 4:7], np.array(list(episode.parameters.values()))
     energy = 0.5 * np.sum(moment * omega**2, axis=-1)
@@ -65,7 +62,7 @@ def test_errors_are_those_of_the_definitions(free: tuple[Task, PastEpisode]) -> 
 @pytest.mark.parametrize(
     "system", [BODY, TOP, replace(TOP, I2=TOP.I1), BALL, DISK, COIN, ROLLER], ids=name_of
 )
-def test_what_is_called_conserved_stays_as_it_is_where_nothing_acts(system: Any) -> None:
+def test_what_is_called_conserved_stays_as_it_is_where_nothing_acts(system):
     (like,) = (each for each in SYSTEMS if type(each) is type(system))
     path = [states(like, np.random.default_rng(1))]
     for _ in range(50):
@@ -75,9 +72,7 @@ def test_what_is_called_conserved_stays_as_it_is_where_nothing_acts(system: Any)
     assert ("L_spin" in found) == (system not in SYSTEMS)  # those have no axis of symmetry
 
 
-def test_what_is_driven_has_changes_and_what_is_free_has_errors(
-    free: tuple[Task, PastEpisode],
-) -> None:
+def test_what_is_driven_has_changes_and_what_is_free_has_errors(free):
     task, episode = free
     assert not is_driven(episode)
     assert [c.title for c in curves(task, episode, False)][2:4] == ["Energy error", "|L| error"]
@@ -86,7 +81,7 @@ def test_what_is_driven_has_changes_and_what_is_free_has_errors(
     assert [c.title for c in curves(task, pushed, True)][2:4] == ["Energy change", "|L| change"]
 
 
-def test_one_input_in_one_step_drives_an_episode(free: tuple[Task, PastEpisode]) -> None:
+def test_one_input_in_one_step_drives_an_episode(free):
     _, episode = free
     for name in ("u", "applied"):
         pushed = np.zeros_like(getattr(episode, name))
@@ -95,7 +90,7 @@ def test_one_input_in_one_step_drives_an_episode(free: tuple[Task, PastEpisode])
         assert is_driven(replace(episode, **{name: pushed}))
 
 
-def drawn(name: str, key: str) -> tuple[Curve, Array, Any]:
+def drawn(name, key):
     """One of the curves of five random steps, the states, and the system."""
     replay = recorded(f"RigidEnvs/{name}-v0", 5)
     (episode,) = replay.episodes
@@ -103,7 +98,7 @@ def drawn(name: str, key: str) -> tuple[Curve, Array, Any]:
     return found, episode.y, replay.task.system(episode.parameters)
 
 
-def test_curves_show_what_they_are_called() -> None:
+def test_curves_show_what_they_are_called():
     omega, y, _ = drawn("SpinCapture", "omega")
     assert (omega.title, omega.unit) == ("Angular velocity", "rad/s, body axes")
     assert np.array_equal(omega.values, y[:, 4:7])
@@ -129,7 +124,7 @@ def test_curves_show_what_they_are_called() -> None:
 
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
-def test_every_environment_has_curves_of_every_moment_or_step(env_id: str) -> None:
+def test_every_environment_has_curves_of_every_moment_or_step(env_id):
     replay = recorded(env_id, 3)
     (episode,) = replay.episodes
     found = curves(replay.task, episode, is_driven(episode))
@@ -141,9 +136,7 @@ def test_every_environment_has_curves_of_every_moment_or_step(env_id: str) -> No
     assert len(moments(replay.task, episode, 10_000)) >= 4
 
 
-def test_moments_of_steps_are_exact_and_those_between_lie_on_the_motion(
-    free: tuple[Task, PastEpisode],
-) -> None:
+def test_moments_of_steps_are_exact_and_those_between_lie_on_the_motion(free):
     task, episode = free
     path = moments(task, episode, 10_000)
     n = (len(path) - 1) // len(episode)
@@ -157,9 +150,7 @@ def test_moments_of_steps_are_exact_and_those_between_lie_on_the_motion(
     assert rotations.distance(rotations.normalize(q), exact["q"]).max() < 2e-3
 
 
-def test_success_is_shown_when_its_step_is_made_and_not_while_it_is_going_on(
-    free: tuple[Task, PastEpisode],
-) -> None:
+def test_success_is_shown_when_its_step_is_made_and_not_while_it_is_going_on(free):
     task, episode = free
     rng = np.random.default_rng(0)
     won, (rewards, costs) = rng.random(len(episode)) < 0.5, rng.random((2, len(episode)))
@@ -184,7 +175,7 @@ def test_success_is_shown_when_its_step_is_made_and_not_while_it_is_going_on(
     assert late.success == won[-1] and np.array_equal(late.y, episode.y[-1])
 
 
-def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense() -> None:
+def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense():
     state = {"q": [1.0, 0.0, 0.0, 0.0], "omega_body": [0.0, 0.0, 40.0]}
     replay = idle("RigidEnvs/SleepingTop-v0", 2, state, dt=0.1, n_substeps=40)
     (episode,) = replay.episodes
@@ -197,14 +188,12 @@ def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense() -> None:
     assert rotations.distance(q, turned).max() < 1e-6
 
 
-def test_budget_limits_the_moments_but_keeps_all_steps(free: tuple[Task, PastEpisode]) -> None:
+def test_budget_limits_the_moments_but_keeps_all_steps(free):
     task, episode = free
     assert len(moments(task, episode, 1)) == len(episode) + 1
 
 
-def test_lines_stand_a_little_above_what_they_are_drawn_on(
-    free: tuple[Task, PastEpisode], spun: tuple[Task, PastEpisode]
-) -> None:
+def test_lines_stand_a_little_above_what_they_are_drawn_on(free, spun):
     rolling, driven = (inset(*free, driven=acts) for acts in (False, True))
     sphere = inset(*spun, driven=True)
     for points in (
@@ -226,9 +215,7 @@ def test_lines_stand_a_little_above_what_they_are_drawn_on(
         assert len(around) > 90 and np.allclose(around[0], around[-1])
 
 
-def test_an_axis_is_an_arrow_from_the_centre_through_the_end_of_its_path(
-    free: tuple[Task, PastEpisode], spun: tuple[Task, PastEpisode]
-) -> None:
+def test_an_axis_is_an_arrow_from_the_centre_through_the_end_of_its_path(free, spun):
     body, sphere = (inset(*each, driven=True) for each in (free, spun))
     scale = body.frames[0].poses["ellipsoid"].scale
     for panel, arrow, path, sizes in (
@@ -242,7 +229,7 @@ def test_an_axis_is_an_arrow_from_the_centre_through_the_end_of_its_path(
             assert 1.1 < ahead < 1.4 and np.allclose(tip, ahead * end, atol=1e-12)
 
 
-def test_what_rests_in_a_place_has_no_path() -> None:
+def test_what_rests_in_a_place_has_no_path():
     for name in ("BallPark", "CoinPark", "PivotTop"):
         replay = idle(f"RigidEnvs/{name}-v0", 2)
         (episode,) = replay.episodes
@@ -250,7 +237,7 @@ def test_what_rests_in_a_place_has_no_path() -> None:
         assert "tilt" in found and "plan" not in found
 
 
-def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free: tuple[Task, PastEpisode]) -> None:
+def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free):
     task, episode = free
     system = task.system(episode.parameters)
     path = moments(task, episode, 1)
@@ -270,13 +257,11 @@ def test_inertia_ellipsoid_rolls_on_the_invariable_plane(free: tuple[Task, PastE
         assert np.allclose(normal[:2] / normal[2], 0.0, atol=1e-6)
 
 
-def test_the_polhode_of_a_driven_body_lies_on_its_inertia_ellipsoid(
-    free: tuple[Task, PastEpisode],
-) -> None:
+def test_the_polhode_of_a_driven_body_lies_on_its_inertia_ellipsoid(free):
     """On ``rho . I rho = 1``, along omega, in units of the largest semi-axis."""
     task, episode = free
     episode = replace(episode, parameters={k: 3.0 * x for k, x in episode.parameters.items()})
-    system: Any = task.system(episode.parameters)
+    system = task.system(episode.parameters)
     panel = inset(task, episode, driven=True)
     semi = np.sqrt(system.moments.min() / system.moments)
     for frame, y in zip(panel.frames, episode.y, strict=True):
@@ -293,7 +278,7 @@ def test_the_polhode_of_a_driven_body_lies_on_its_inertia_ellipsoid(
     assert np.isnan(points[0]).all() and np.isfinite(points[1:]).all()
 
 
-def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, PastEpisode]) -> None:
+def test_separatrices_are_polhodes_of_the_middle_moment(free):
     task, episode = free
     system = task.system(episode.parameters)
     assert isinstance(system, FreeBody)
@@ -306,7 +291,7 @@ def test_separatrices_are_polhodes_of_the_middle_moment(free: tuple[Task, PastEp
     assert len(points) > 200
 
 
-def test_axis_of_a_top_is_on_the_unit_sphere(spun: tuple[Task, PastEpisode]) -> None:
+def test_axis_of_a_top_is_on_the_unit_sphere(spun):
     task, episode = spun
     assert "Momentum error" in [c.title for c in curves(task, episode, False)]
     system, panel = task.system(episode.parameters), inset(task, episode, driven=False)
@@ -315,22 +300,22 @@ def test_axis_of_a_top_is_on_the_unit_sphere(spun: tuple[Task, PastEpisode]) -> 
     assert np.allclose(points[:, 2] / np.linalg.norm(points, axis=-1), np.cos(tilt), atol=1e-12)
 
 
-def unpacked(blob: str, place: list[Any]) -> Any:
+def unpacked(blob, place):
     """The array of a reference, as the page reads it."""
     kind, offset, count = place
     block = zlib.decompress(base64.b64decode(blob))
     return np.frombuffer(block, f"<{kind}", count, offset)
 
 
-def shown(*replays: Replay) -> dict[str, Any]:
+def shown(*replays):
     """What a page of the first episode of each is given to show."""
     text = html([(replay, 0) for replay in replays])
     (document,) = re.findall(r'id="replay">(.*)</script>', text)
-    found: dict[str, Any] = json.loads(document)
+    found = json.loads(document)
     return found
 
 
-def test_equal_arrays_are_kept_once_and_all_are_read_back() -> None:
+def test_equal_arrays_are_kept_once_and_all_are_read_back():
     packer = Packer()
     values = np.array([0.1, 2.0, -3.0])
     places = [packer.array(values), packer.array(values.tolist()), packer.array(values, "f8")]
@@ -344,7 +329,7 @@ def test_equal_arrays_are_kept_once_and_all_are_read_back() -> None:
         assert np.array_equal(unpacked(packer.blob(), place), array)
 
 
-def test_a_trace_is_what_it_passed_or_whole_from_the_beginning(body: Replay) -> None:
+def test_a_trace_is_what_it_passed_or_whole_from_the_beginning(body):
     (episode,) = body.episodes
     path = moments(body.task, episode, 1)
     (panel,) = insets(body.task.system(episode.parameters), path, driven=True)
@@ -358,11 +343,11 @@ def test_a_trace_is_what_it_passed_or_whole_from_the_beginning(body: Replay) -> 
 
 
 @pytest.fixture(scope="module")
-def ball() -> Replay:
+def ball():
     return rolling_ball("policy", 0, 12)
 
 
-def test_times_and_frames_of_a_page_are_those_of_the_episode(ball: Replay) -> None:
+def test_times_and_frames_of_a_page_are_those_of_the_episode(ball):
     (episode,) = ball.episodes
     page = shown(ball)
     (found,) = page["episodes"]
@@ -377,7 +362,7 @@ def test_times_and_frames_of_a_page_are_those_of_the_episode(ball: Replay) -> No
     assert np.allclose(path[at, :2], episode.y[:, 4:6], atol=1e-6)
 
 
-def test_a_page_says_success_where_the_last_step_was_one(ball: Replay) -> None:
+def test_a_page_says_success_where_the_last_step_was_one(ball):
     (episode,) = ball.episodes
     for flags in ([False] * 12, [True] + [False] * 11, [False] * 11 + [True]):
         once = replace(episode, success=np.array(flags))
@@ -388,13 +373,11 @@ def test_a_page_says_success_where_the_last_step_was_one(ball: Replay) -> None:
 
 
 @pytest.fixture(scope="module")
-def body() -> Replay:
+def body():
     return free_body(5)
 
 
-def test_a_plot_has_the_curve_of_every_episode_and_none_of_one_that_has_no_such_curve(
-    ball: Replay, body: Replay
-) -> None:
+def test_a_plot_has_the_curve_of_every_episode_and_none_of_one_that_has_no_such_curve(ball, body):
     other = rolling_ball("reference", 1, 7)
     coin = idle("RigidEnvs/CoinPark-v0", 5)
     for replays in ((ball,), (ball, other), (body, ball), (coin, ball, other)):
@@ -418,7 +401,7 @@ def test_a_plot_has_the_curve_of_every_episode_and_none_of_one_that_has_no_such_
             assert not drawn
 
 
-def test_a_page_says_what_it_shows_and_what_is_equal_once(ball: Replay, body: Replay) -> None:
+def test_a_page_says_what_it_shows_and_what_is_equal_once(ball, body):
     body = replace(body, provenance=ball.provenance)
     alone, twice, both = shown(ball), shown(ball, ball), shown(ball, body)
     assert alone["title"] == twice["title"] == "BallPark-v0"
@@ -437,7 +420,7 @@ def test_a_page_says_what_it_shows_and_what_is_equal_once(ball: Replay, body: Re
     assert f"numpy {np.__version__}" in dict(alone["facts"])["made with"]
 
 
-def test_too_many_and_unknown_episodes_are_refused() -> None:
+def test_too_many_and_unknown_episodes_are_refused():
     replay = rolling_ball("one", 0, 3)
     assert html(4 * [(replay, 0)])
     with pytest.raises(ValueError, match="5 episodes; expected 1 to 4"):

@@ -1,13 +1,10 @@
 """The adapter says what SB3 expects, to the bit, at the cost of microseconds."""
 
-from typing import Any
-
 import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from numpy.typing import NDArray
 from stable_baselines3 import PPO, HerReplayBuffer
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
@@ -16,11 +13,10 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormali
 from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError, make_vec_env, split
 from rigid_envs.scores.policies import RandomPolicy
 from tests.agents.drift import Drift
-from tests.fixtures import Patch
 from tests.sb3.script import Script, steps
 
 
-def test_the_trace_is_the_one_written_by_hand() -> None:
+def test_the_trace_is_the_one_written_by_hand():
     env = GymnasiumVecEnv(Script())
     assert env.reset().ravel().tolist() == [0, 10, 20]
     first, second, third = steps(env, 3)
@@ -54,14 +50,14 @@ def test_the_trace_is_the_one_written_by_hand() -> None:
     assert "only_row_0" not in infos[1]
 
 
-def test_rows_never_share_an_info() -> None:
+def test_rows_never_share_an_info():
     env = GymnasiumVecEnv(Drift(8))
     env.reset()
     for _, _, _, infos in steps(env, 30):
         assert len({id(info) for info in infos}) == 8
 
 
-def test_consecutive_seeds_go_as_one_integer_and_others_as_a_list() -> None:
+def test_consecutive_seeds_go_as_one_integer_and_others_as_a_list():
     script = Script()
     env = GymnasiumVecEnv(script)
     env.seed(5)
@@ -78,7 +74,7 @@ def test_consecutive_seeds_go_as_one_integer_and_others_as_a_list() -> None:
         assert env.seed(seed) == [5, 6, 7]
 
 
-def test_no_seed_is_one_of_the_global_generator_as_in_sb3() -> None:
+def test_no_seed_is_one_of_the_global_generator_as_in_sb3():
     seeds = []
     for env in (GymnasiumVecEnv(Script()), DummyVecEnv([lambda: gym.make("CartPole-v1")] * 3)):
         np.random.seed(3)  # noqa: NPY002
@@ -86,7 +82,7 @@ def test_no_seed_is_one_of_the_global_generator_as_in_sb3() -> None:
     assert seeds[0] == seeds[1]
 
 
-def test_options_go_to_the_next_reset_only() -> None:
+def test_options_go_to_the_next_reset_only():
     script = Script()
     env = GymnasiumVecEnv(script)
     env.set_options({"tilt": 1})
@@ -107,7 +103,7 @@ def test_options_go_to_the_next_reset_only() -> None:
             env.set_options(bad)
 
 
-def test_pictures_are_one_for_each_row_or_none(monkeypatch: Patch) -> None:
+def test_pictures_are_one_for_each_row_or_none(monkeypatch):
     env, pictures = GymnasiumVecEnv(Script()), tuple(np.zeros((3, 2, 2, 3), np.uint8))
     monkeypatch.setattr(env.venv, "render", lambda: pictures)
     assert [*map(id, env.get_images())] == [*map(id, pictures)]
@@ -115,16 +111,16 @@ def test_pictures_are_one_for_each_row_or_none(monkeypatch: Patch) -> None:
     assert env.get_images() == [None] * 3
 
 
-def test_rows_that_there_are_not_are_refused() -> None:
+def test_rows_that_there_are_not_are_refused():
     env = GymnasiumVecEnv(Drift(3))
     assert env.get_attr("limit", np.array([0, 2])) == [20, 20] and env.get_attr("limit", []) == []
-    bads: list[Any] = [3, -1, [0, 3], [-1, 0], [0.0, 1.0], 1.0, [True, False], "a", [[0, 1]]]
+    bads = [3, -1, [0, 3], [-1, 0], [0.0, 1.0], 1.0, [True, False], "a", [[0, 1]]]
     for bad in bads:
         with pytest.raises(ValueError, match=r"^indices = .*; expected integers from 0 to 2"):
             env.get_attr("limit", bad)
 
 
-def test_attributes_and_methods_reach_the_environment() -> None:
+def test_attributes_and_methods_reach_the_environment():
     env = GymnasiumVecEnv(Drift(3))
     assert env.get_attr("limit") == [20, 20, 20]
     assert env.get_attr("limit", [0, 1]) == [20, 20]
@@ -134,7 +130,7 @@ def test_attributes_and_methods_reach_the_environment() -> None:
         env.set_attr("limit", 8, indices=[1])
     with pytest.raises(AttributeError, match="nonsense"):
         env.get_attr("nonsense")
-    no_name: Any = 3
+    no_name = 3
     for ask in (env.get_attr, env.env_method):
         with pytest.raises(AttributeError, match=r"^3 is no name of an attribute or a method"):
             ask(no_name)
@@ -146,7 +142,7 @@ def test_attributes_and_methods_reach_the_environment() -> None:
     rows = GymnasiumVecEnv(sync)
     rows.set_attr("gravity", 1.5, indices=[1])
     assert rows.get_attr("gravity") == [9.8, 1.5]
-    calls: list[str] = []
+    calls = []
     env.venv.count = lambda *words: calls.append("shared") or len(calls)  # type: ignore[attr-defined]
     assert env.env_method("count", "a", indices=[0, 2]) == [1, 1]  # one object, one call
     for k, each in enumerate(sync.envs):
@@ -155,7 +151,7 @@ def test_attributes_and_methods_reach_the_environment() -> None:
     assert calls == ["shared", "row 0", "row 1", "row 1"]
 
 
-def test_what_wrappers_do_not_have_is_that_of_the_environment_behind_them() -> None:
+def test_what_wrappers_do_not_have_is_that_of_the_environment_behind_them():
     inner = Drift(3)
     env = GymnasiumVecEnv(gym.vector.VectorWrapper(inner))
     assert env.get_attr("limit") == [20, 20, 20]
@@ -164,7 +160,7 @@ def test_what_wrappers_do_not_have_is_that_of_the_environment_behind_them() -> N
         env.get_attr("nonsense")
 
 
-def test_an_entry_of_some_rows_is_in_the_infos_of_those_alone() -> None:
+def test_an_entry_of_some_rows_is_in_the_infos_of_those_alone():
     columns = {"a": np.array([1, 2, 3]), "_a": np.array([True, False, True]), "b": np.arange(3.0)}
     assert split(columns, np.array([0, 1, 2])) == [
         *({"a": 1, "b": 0.0}, {"b": 1.0}, {"a": 3, "b": 2.0}),
@@ -175,18 +171,18 @@ def test_an_entry_of_some_rows_is_in_the_infos_of_those_alone() -> None:
 
 
 @pytest.mark.parametrize("bad", [3, None, gym.make("CartPole-v1")])
-def test_what_is_no_vector_environment_is_refused(bad: Any) -> None:
+def test_what_is_no_vector_environment_is_refused(bad):
     with pytest.raises(ValueError, match=r"^venv = .*; expected a gymnasium\.vector\.VectorEnv"):
         GymnasiumVecEnv(bad)
 
 
-def test_another_autoreset_mode_is_refused() -> None:
+def test_another_autoreset_mode_is_refused():
     with pytest.raises(ValueError, match="SameStep"):
         GymnasiumVecEnv(Drift(2, autoreset_mode="NextStep"))
 
 
 @pytest.fixture
-def drift() -> GymnasiumVecEnv:
+def drift():
     """Five steps after its start; the reward of the next one is bad in row 2."""
     env = GymnasiumVecEnv(Drift(4, bad_reward_at=6))
     env.reset()
@@ -194,12 +190,12 @@ def drift() -> GymnasiumVecEnv:
     return env
 
 
-def overflow(env: Any) -> None:
+def overflow(env):
     env._returns[:] = np.finfo(float).max
     env.venv.bad_reward_at = -1
 
 
-def spoil_observation(env: Any) -> None:
+def spoil_observation(env):
     env.venv.bad_reward_at = -1
     env.venv._observe = lambda: np.where(np.arange(4)[:, None] == 3, np.inf, np.zeros((4, 2)))
 
@@ -212,18 +208,14 @@ def spoil_observation(env: Any) -> None:
         (spoil_observation, "observation of row 3"),
     ],
 )
-def test_what_is_not_finite_stops_at_its_step_and_is_named(
-    drift: GymnasiumVecEnv, spoil: Any, message: str
-) -> None:
+def test_what_is_not_finite_stops_at_its_step_and_is_named(drift, spoil, message):
     spoil(drift)
     with pytest.raises(NonFiniteError, match=message):
         steps(drift, 1)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_an_action_that_is_not_finite_is_named_and_not_taken(
-    drift: GymnasiumVecEnv, bad: float
-) -> None:
+def test_an_action_that_is_not_finite_is_named_and_not_taken(drift, bad):
     actions, before = np.zeros((4, 2), np.float32), drift.venv.state["elapsed"].tolist()
     actions[1, 0] = bad
     with pytest.raises(NonFiniteError, match=r"action of row 1 .* step 6 of the run"):
@@ -231,7 +223,7 @@ def test_an_action_that_is_not_finite_is_named_and_not_taken(
     assert drift.venv.state["elapsed"].tolist() == before
 
 
-def test_sb3_wrappers_training_and_evaluation_run_over_it() -> None:
+def test_sb3_wrappers_training_and_evaluation_run_over_it():
     with pytest.warns(UserWarning, match="already wrapped with a `Monitor`"):
         env = VecNormalize(VecMonitor(GymnasiumVecEnv(Drift(8))))
     model = PPO("MlpPolicy", env, n_steps=32, batch_size=64, n_epochs=1, device="cpu", seed=0)
@@ -243,7 +235,7 @@ def test_sb3_wrappers_training_and_evaluation_run_over_it() -> None:
     assert len(returns) == 4 and max(lengths) <= 20
 
 
-def test_truncated_states_are_worth_their_value() -> None:
+def test_truncated_states_are_worth_their_value():
     """Reward 1 forever, cut every 20 steps, has the value 1 / (1 - gamma) in every state."""
     env = GymnasiumVecEnv(Drift(4, noise=0.0))
     env.venv._start = lambda rows: env.venv.state["elapsed"].__setitem__(rows, 0)
@@ -256,7 +248,7 @@ def test_truncated_states_are_worth_their_value() -> None:
     model.policy.value_net.bias.data.fill_(value)
     plain_step = env.venv.step
 
-    def unit_reward(actions: NDArray[Any]) -> tuple[Any, ...]:
+    def unit_reward(actions):
         obs, _, terminated, truncated, info = plain_step(np.zeros_like(actions))
         return obs, np.ones(4), terminated, truncated, info
 
@@ -272,11 +264,11 @@ CART = "CartPole-v1"
 N = 3
 
 
-def native(env_id: str, **kwargs: Any) -> GymnasiumVecEnv:
+def native(env_id, **kwargs):
     return make_vec_env(env_id, N, **kwargs)
 
 
-def assert_same(mine: Any, theirs: Any) -> None:
+def assert_same(mine, theirs):
     if isinstance(theirs, dict):
         assert set(mine) == set(theirs)
         for key in theirs:
@@ -286,13 +278,13 @@ def assert_same(mine: Any, theirs: Any) -> None:
         assert np.asarray(mine).dtype == np.asarray(theirs).dtype
 
 
-def cart_poles() -> GymnasiumVecEnv:
+def cart_poles():
     rows = [lambda: gym.make(CART)] * N
     return GymnasiumVecEnv(SyncVectorEnv(rows, autoreset_mode=AutoresetMode.SAME_STEP))
 
 
 @pytest.mark.parametrize("env_id", [GOAL, GRID, CART])
-def test_rows_are_single_environments_as_sb3_vectorises_them(env_id: str) -> None:
+def test_rows_are_single_environments_as_sb3_vectorises_them(env_id):
     ours = cart_poles() if env_id == CART else native(env_id)
     theirs = DummyVecEnv([lambda: Monitor(gym.make(env_id))] * N)
     ours.seed(7)
@@ -320,11 +312,11 @@ def test_rows_are_single_environments_as_sb3_vectorises_them(env_id: str) -> Non
     assert ends >= 2 * N
 
 
-def test_the_last_observation_of_an_episode_is_a_dictionary_of_one_row() -> None:
+def test_the_last_observation_of_an_episode_is_a_dictionary_of_one_row():
     env = native(GOAL)
     env.reset()
     assert isinstance(env.observation_space, spaces.Dict)
-    before: Any = None
+    before = None
     for _ in range(100):
         obs, _, dones, infos = env.step(np.zeros((N, 2), np.float32))
         assert isinstance(obs, dict)
@@ -339,7 +331,7 @@ def test_the_last_observation_of_an_episode_is_a_dictionary_of_one_row() -> None
             assert not np.shares_memory(last[key], obs[key])
 
 
-def followed(obs: Any, dones: Any, infos: Any) -> dict[str, Any]:
+def followed(obs, dones, infos):
     """What a step leads to: where an episode ends, its last observation."""
     following = {key: part.copy() for key, part in obs.items()}
     for row in np.flatnonzero(dones):
@@ -348,7 +340,7 @@ def followed(obs: Any, dones: Any, infos: Any) -> dict[str, Any]:
     return following
 
 
-def test_what_a_step_pays_can_be_computed_anew_through_sb3() -> None:
+def test_what_a_step_pays_can_be_computed_anew_through_sb3():
     env = native(GOAL, position_tolerance=1.0, angle_tolerance=2.0)
     env.seed(0)
     env.reset()
@@ -368,13 +360,13 @@ def test_what_a_step_pays_can_be_computed_anew_through_sb3() -> None:
     np.testing.assert_array_equal(through, anew)
 
 
-def test_hindsight_pays_for_the_goals_that_it_puts_in_place() -> None:
+def test_hindsight_pays_for_the_goals_that_it_puts_in_place():
     env = native(GOAL)
     memory = HerReplayBuffer(
         3 * 150, env.observation_space, env.action_space, env, n_envs=N, device="cpu"
     )
     env.seed(0)
-    last: Any = env.reset()
+    last = env.reset()
     rng = np.random.default_rng(1)
     for _ in range(110):
         actions = rng.uniform(-1, 1, (N, 2)).astype(np.float32)
@@ -393,12 +385,12 @@ def test_hindsight_pays_for_the_goals_that_it_puts_in_place() -> None:
     assert not sample.dones.any()  # the time limit ends no task
 
 
-def test_a_part_of_a_dictionary_that_is_not_finite_is_named() -> None:
+def test_a_part_of_a_dictionary_that_is_not_finite_is_named():
     env = native(GOAL)
     env.reset()
     step = env.venv.step
 
-    def spoilt(actions: Any) -> Any:
+    def spoilt(actions):
         obs, *rest = step(actions)
         obs["observation"] = obs["observation"].copy()
         obs["observation"][2, 0] = np.nan
@@ -409,7 +401,7 @@ def test_a_part_of_a_dictionary_that_is_not_finite_is_named() -> None:
         env.step(np.zeros((N, 2), np.float32))
 
 
-def test_a_choice_that_is_none_is_refused_and_changes_nothing() -> None:
+def test_a_choice_that_is_none_is_refused_and_changes_nothing():
     env = native(GRID)
     env.seed(0)
     env.reset()

@@ -1,10 +1,7 @@
 """Models of SB3: made on rows of an id, and exported into files that act as the model did."""
 
 import random
-from collections.abc import Callable
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -23,7 +20,7 @@ from stable_baselines3.common.vec_env import (
     VecMonitor,
     VecNormalize,
 )
-from torch import Tensor, linspace, nn
+from torch import linspace, nn
 
 import rigid_envs
 from rigid_envs import load
@@ -33,12 +30,11 @@ from rigid_envs.envs.shells import RigidEnv
 from rigid_envs.sb3.adapter import GymnasiumVecEnv, make_vec_env
 from rigid_envs.sb3.exporting import AttitudeExtractor, Tanh, attitudes, export, network_of
 from rigid_envs.scores.trained import CompiledPolicy
-from tests.fixtures import Patch
 from tests.page_code import run_page
 from tests.programs import printed
 
 GOAL, GRID, BODY = "BallParkGoal", "BallGrid", "Detumble"
-SHORT: dict[type, dict[str, Any]] = {
+SHORT = {
     PPO: {"n_steps": 16, "batch_size": 16, "n_epochs": 1},
     A2C: {},
     SAC: {"learning_starts": 8, "batch_size": 8},
@@ -49,7 +45,7 @@ SHORT: dict[type, dict[str, Any]] = {
 }
 
 
-def trained(kind: Any, env: Any, **more: Any) -> Any:
+def trained(kind, env, **more):
     """A model after some steps of learning."""
     several = isinstance(env.observation_space, gym.spaces.Dict)
     policy = more.pop("policy", "MultiInputPolicy" if several else "MlpPolicy")
@@ -57,11 +53,11 @@ def trained(kind: Any, env: Any, **more: Any) -> Any:
     return model.learn(40)
 
 
-def layers(activation: Callable[[], nn.Module], *net_arch: int) -> dict[str, Any]:
+def layers(activation, *net_arch):
     return {"policy_kwargs": {"activation_fn": activation, "net_arch": list(net_arch)}}
 
 
-CASES: list[tuple[type, str, dict[str, Any], dict[str, Any]]] = [
+CASES = [
     (PPO, BODY, {}, {}),
     (PPO, BODY, {}, layers(nn.ELU, 8)),
     (PPO, BODY, {}, layers(nn.SiLU)),
@@ -77,16 +73,9 @@ CASES: list[tuple[type, str, dict[str, Any], dict[str, Any]]] = [
 
 @pytest.mark.parametrize(("kind", "name", "settings", "more"), CASES, ids=str)
 @pytest.mark.parametrize("scaled", [False, True])
-def test_the_file_acts_as_the_model(
-    tmp_path: Path,
-    kind: type,
-    name: str,
-    settings: dict[str, Any],
-    more: dict[str, Any],
-    scaled: bool,
-) -> None:
-    rows: Any = make_vec_env(name, 2, seed=1, **settings)
-    env: Any = VecNormalize(VecMonitor(rows), clip_obs=2.0) if scaled else rows
+def test_the_file_acts_as_the_model(tmp_path, kind, name, settings, more, scaled):
+    rows = make_vec_env(name, 2, seed=1, **settings)
+    env = VecNormalize(VecMonitor(rows), clip_obs=2.0) if scaled else rows
     model = trained(kind, env, **more)
     file = export(model, tmp_path / "of it" / "policy.safetensors")
     policy = rigid_envs.load(file)
@@ -107,12 +96,12 @@ def test_the_file_acts_as_the_model(
         obs = venv.step(np.array(draws))[0]
 
 
-def test_environments_in_their_rows_and_parts_of_goals_are_exported(tmp_path: Path) -> None:
+def test_environments_in_their_rows_and_parts_of_goals_are_exported(tmp_path):
     rows = DummyVecEnv([lambda: gym.make(f"RigidEnvs/{GOAL}-v0", frame="reduced")])
     model = trained(PPO, VecExtractDictObs(rows, "observation"))
     policy = rigid_envs.load(export(model, tmp_path / "policy.safetensors"))
     assert policy.env_kwargs == {"frame": "reduced"}
-    obs: Any = rows.reset()
+    obs = rows.reset()
     expected, _ = model.predict(obs["observation"], deterministic=True)
     np.testing.assert_allclose(policy.predict(obs)[0], expected, rtol=1e-4, atol=1e-5)
 
@@ -124,27 +113,27 @@ class Own(ActorCriticPolicy):
 class Extractor(BaseFeaturesExtractor):
     """Features that a policy file does not hold."""
 
-    def __init__(self, space: Any) -> None:
+    def __init__(self, space):
         super().__init__(space, features_dim=3)
 
-    def forward(self, observations: Tensor) -> Tensor:
+    def forward(self, observations):
         return observations**2
 
 
 EXTRACTED = {"policy_kwargs": {"features_extractor_class": Extractor}}
 
 
-def flat_goals() -> Any:
+def flat_goals():
     env = gym.make(f"RigidEnvs/{GOAL}-v0")
     return DummyVecEnv([lambda: gym.wrappers.FlattenObservation(env)])
 
 
-def columns() -> Any:
+def columns():
     env = gym.wrappers.ReshapeObservation(gym.make("Pendulum-v1"), (3, 1))
     return DummyVecEnv([lambda: env])
 
 
-def part_scaled() -> Any:
+def part_scaled():
     return VecNormalize(make_vec_env(GOAL), norm_obs_keys=["observation"])
 
 
@@ -165,9 +154,7 @@ def part_scaled() -> Any:
     ],
     ids=lambda value: getattr(value, "__name__", None),  # no addresses: workers compare the ids
 )
-def test_what_a_file_does_not_hold_is_refused_by_name(
-    tmp_path: Path, kind: type, env: Any, more: dict[str, Any], message: str
-) -> None:
+def test_what_a_file_does_not_hold_is_refused_by_name(tmp_path, kind, env, more, message):
     model = trained(kind, make_vec_env(env) if isinstance(env, str) else env(), **more)
     with pytest.raises(ConfigError, match=message):
         export(model, tmp_path / "policy.safetensors")
@@ -188,15 +175,13 @@ def test_what_a_file_does_not_hold_is_refused_by_name(
         ),
     ],
 )
-def test_the_head_is_that_of_the_algorithm_and_the_actions(
-    kind: Any, name: str, head: str, more: set[str]
-) -> None:
+def test_the_head_is_that_of_the_algorithm_and_the_actions(kind, name, head, more):
     network = network_of(kind("MlpPolicy", make_vec_env(name), device="cpu", **SHORT[kind]))
     assert network.head == head
     assert {key for key in network.arrays if not key.startswith("layers.")} == more
 
 
-def test_where_attitudes_are_is_told_of_the_extractor_that_turns_them_into_rotations() -> None:
+def test_where_attitudes_are_is_told_of_the_extractor_that_turns_them_into_rotations():
     places = attitudes(task_of(GOAL))
     assert places == {"achieved": 2, "desired": 13}  # behind the positions
     turning = {"features_extractor_class": AttitudeExtractor, "features_extractor_kwargs": places}
@@ -206,7 +191,7 @@ def test_where_attitudes_are_is_told_of_the_extractor_that_turns_them_into_rotat
         assert network_of(model).attitudes == told
 
 
-def test_a_network_that_was_built_by_hand_is_refused_where_a_file_does_not_hold_it() -> None:
+def test_a_network_that_was_built_by_hand_is_refused_where_a_file_does_not_hold_it():
     for place, module, message in (
         (3, nn.ReLU(), "activation_fn = relu, tanh; expected one for all hidden layers"),
         (1, nn.Hardtanh(), "activation_fn = Hardtanh"),
@@ -219,9 +204,7 @@ def test_a_network_that_was_built_by_hand_is_refused_where_a_file_does_not_hold_
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_weights_that_are_not_finite_are_refused_and_an_older_file_stays(
-    tmp_path: Path, bad: float
-) -> None:
+def test_weights_that_are_not_finite_are_refused_and_an_older_file_stays(tmp_path, bad):
     model = trained(PPO, make_vec_env(BODY))
     file = export(model, tmp_path / "policy.safetensors")
     before = file.read_bytes()
@@ -231,14 +214,14 @@ def test_weights_that_are_not_finite_are_refused_and_an_older_file_stays(
     assert file.read_bytes() == before
 
 
-def test_more_layers_than_a_file_holds_are_refused(tmp_path: Path) -> None:
+def test_more_layers_than_a_file_holds_are_refused(tmp_path):
     model = PPO("MlpPolicy", make_vec_env(BODY), device="cpu", **layers(nn.Tanh, *[2] * 64))
     with pytest.raises(ValueError, match=r"^expected 1 to 64 layers, found 65"):
         export(model, tmp_path / "of it" / "policy.safetensors")
     assert not list(tmp_path.iterdir())
 
 
-def test_a_model_without_environment_and_another_kind_of_file_are_refused(tmp_path: Path) -> None:
+def test_a_model_without_environment_and_another_kind_of_file_are_refused(tmp_path):
     model = trained(PPO, make_vec_env(BODY))
     with pytest.raises(ConfigError, match=r"expected a file NAME\.safetensors"):
         export(model, tmp_path / "policy.zip")
@@ -247,14 +230,14 @@ def test_a_model_without_environment_and_another_kind_of_file_are_refused(tmp_pa
         export(PPO.load(tmp_path / "model.zip"), tmp_path / "policy.safetensors")
 
 
-def test_a_model_of_an_environment_that_was_made_without_an_id_is_refused(tmp_path: Path) -> None:
+def test_a_model_of_an_environment_that_was_made_without_an_id_is_refused(tmp_path):
     env = DummyVecEnv([partial(RigidEnv, "rigid_envs.systems.free_body.tasks:Detumble")])
     model = PPO("MlpPolicy", env, device="cpu")
     with pytest.raises(ConfigError, match="env has no spec; expected an environment of"):
         export(model, tmp_path / "policy.safetensors")
 
 
-def test_tanh_and_its_derivative_are_those_of_torch() -> None:
+def test_tanh_and_its_derivative_are_those_of_torch():
     ours, theirs = Tanh(), nn.Tanh()
     x = linspace(-20.0, 20.0, 40_001, requires_grad=True)
     y = x.detach().double().requires_grad_()
@@ -267,7 +250,7 @@ def test_tanh_and_its_derivative_are_those_of_torch() -> None:
 
 
 @pytest.mark.parametrize("env_id", ["RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTopRandom-v0"])
-def test_a_seed_gives_the_episodes_that_their_function_gives(env_id: str) -> None:
+def test_a_seed_gives_the_episodes_that_their_function_gives(env_id):
     ours, theirs = make_vec_env(env_id, 3, seed=5), their_make_vec_env(env_id, 3, seed=5)
     np.testing.assert_array_equal(ours.reset(), theirs.reset())
     rng = np.random.default_rng(0)
@@ -281,8 +264,8 @@ def test_a_seed_gives_the_episodes_that_their_function_gives(env_id: str) -> Non
 
 
 @pytest.mark.parametrize("seed", [None, 0])
-def test_the_random_numbers_of_the_process_are_left_alone(seed: int | None) -> None:
-    def drawn_next() -> tuple[Any, ...]:
+def test_the_random_numbers_of_the_process_are_left_alone(seed):
+    def drawn_next():
         legacy = str(np.random.get_state())  # noqa: NPY002
         return random.getstate(), legacy, torch.get_rng_state().tolist()
 
@@ -293,7 +276,7 @@ def test_the_random_numbers_of_the_process_are_left_alone(seed: int | None) -> N
     assert drawn_next() == before
 
 
-def test_short_ids_and_settings_are_taken() -> None:
+def test_short_ids_and_settings_are_taken():
     venv = make_vec_env("BallPark", n_envs=4, frame="reduced", radius=(0.8, 1.2))
     assert isinstance(venv, GymnasiumVecEnv) and venv.num_envs == 4
     (task,) = set(venv.get_attr("task"))
@@ -308,13 +291,13 @@ def test_short_ids_and_settings_are_taken() -> None:
         ("BallPark", {"radios": 1.0}, r"config\.radios: unknown key; did you mean 'radius'"),
     ],
 )
-def test_what_cannot_be_is_refused(name: str, more: dict[str, Any], message: str) -> None:
+def test_what_cannot_be_is_refused(name, more, message):
     with pytest.raises(ConfigError, match=message):
         make_vec_env(name, **more)
 
 
 @pytest.mark.parametrize("name", ["Detumble", "BallGrid", "BallParkGoal", "BallPark"])
-def test_their_evaluation_plays_published_policies(name: str) -> None:
+def test_their_evaluation_plays_published_policies(name):
     policy = load(name)
     env_id = f"RigidEnvs/{name}-v0"
     settings = dict(policy.env_kwargs)
@@ -331,7 +314,7 @@ def test_their_evaluation_plays_published_policies(name: str) -> None:
     assert np.isfinite(mean)
 
 
-def test_without_stable_baselines3_the_import_names_the_extra_and_the_rest_works() -> None:
+def test_without_stable_baselines3_the_import_names_the_extra_and_the_rest_works():
     code = """
 import sys
 sys.modules["stable_baselines3"] = None
@@ -348,7 +331,7 @@ except ImportError as error:
     assert 'pip install "rigid-envs[train]"' in second
 
 
-def test_the_page_runs(tmp_path: Path, monkeypatch: Patch) -> None:
+def test_the_page_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = run_page("sb3.md", _200_000="1", _2_000="1_100")
     assert isinstance(names["policy"], CompiledPolicy)

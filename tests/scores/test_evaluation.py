@@ -1,7 +1,6 @@
 """Metrics against the motion itself, bounds against what was reached, rollouts against rows."""
 
 from dataclasses import fields
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -315,11 +314,11 @@ TALLIED = [f"RigidEnvs/{name}-v0" for name in ("BallPark", "DiskRoll", "Sleeping
 
 @pytest.mark.parametrize("env_id", TALLIED)
 @pytest.mark.parametrize("seed", [3, 4])
-def test_an_episode_counts_as_in_an_evaluation(env_id: str, seed: int) -> None:
+def test_an_episode_counts_as_in_an_evaluation(env_id, seed):
     env = gym.make(env_id)
     env.action_space.seed(seed)
     env.reset(seed=seed)
-    record: Any = ENVIRONMENTS[env_id]
+    record = ENVIRONMENTS[env_id]
     tally, actions, over = Tally([seed], record.error, record.max_episode_steps), [], False
     while not over:
         actions.append(env.action_space.sample())
@@ -333,12 +332,12 @@ def test_an_episode_counts_as_in_an_evaluation(env_id: str, seed: int) -> None:
     for field in fields(ours):
         if field.name != "bounds":
             assert np.array_equal(getattr(ours, field.name), getattr(theirs, field.name))
-    task: Any = env.unwrapped.task  # type: ignore[attr-defined]
+    task = env.unwrapped.task  # type: ignore[attr-defined]
     for metric in metrics_of(env_id):
         assert tally.value(metric, task) == metric.values(theirs, task)[0]
 
 
-def test_metrics_of_the_cost_have_its_unit() -> None:
+def test_metrics_of_the_cost_have_its_unit():
     units = {
         env_id: metrics_of(env_id)[0].unit(make_rows(env_id, 1).task)
         for env_id in ("RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTop-v0", "RigidEnvs/DiskRoll-v0")

@@ -15,12 +15,10 @@ from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.scores.finding import find
 from rigid_envs.scores.policies import from_function, recorded, reference_controllers
 from rigid_envs.scores.proof import Witness, refuse_impossible
-from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import TEST_SEED, Cost
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 from rigid_envs.watch.replays.recording import record_starts
-from tests.fixtures import Capture, Patch
 
 TOP = "RigidEnvs/SleepingTop-v0"  # 300 steps, no bound is known, nobody succeeds by doing nothing
 PARK = "RigidEnvs/BallPark-v0"
@@ -30,18 +28,18 @@ LAX = {"tolerance": 1.5, "start_tilt": 0.01}
 Policy = Callable[[Any], np.ndarray[Any, Any]]
 
 
-def rows(env_id: str = TOP, **options: Any) -> RigidVectorEnv:
+def rows(env_id=TOP, **options):
     """Native rows that no registration knows of."""
     record = ENVIRONMENTS[env_id]
     given = {"max_episode_steps": record.max_episode_steps, "autoreset_mode": "SameStep", **options}
     return RigidVectorEnv(record.task, N, **given)
 
 
-def nothing(_: Any) -> np.ndarray[Any, Any]:
+def nothing(_):
     return np.zeros((N, 2), np.float32)
 
 
-def refused(found: Evaluation, reason: str) -> None:
+def refused(found, reason):
     """It stands beside nothing, says why, and says it in the row too."""
     assert found.unranked is not None and reason in found.unranked
     assert found.best is None and found.efficiency is None and not found.records.any()
@@ -58,13 +56,13 @@ def refused(found: Evaluation, reason: str) -> None:
     ],
     ids=["no spec", "native", "sync", "single without spec"],
 )
-def test_an_easier_task_is_not_ranked_whoever_made_it(make: Callable[[], Any]) -> None:
+def test_an_easier_task_is_not_ranked_whoever_made_it(make):
     found = evaluate(TOP, "zero", n=N, env=make())
     assert found.config == LAX and found.cost is not None
     refused(found, "start_tilt = 0.01; expected 0.2, as registered")
 
 
-def test_an_easier_task_in_place_of_the_registered_one_is_not_ranked(monkeypatch: Patch) -> None:
+def test_an_easier_task_in_place_of_the_registered_one_is_not_ranked(monkeypatch):
     """Gymnasium lets anybody register an id again."""
     monkeypatch.setitem(gym.registry[TOP].kwargs, "tolerance", 1.5)
     found = evaluate(TOP, "zero", n=N)
@@ -72,7 +70,7 @@ def test_an_easier_task_in_place_of_the_registered_one_is_not_ranked(monkeypatch
     refused(found, "tolerance = 1.5; expected 0.05, as registered")
 
 
-def test_a_task_that_says_other_settings_than_it_has_is_not_ranked() -> None:
+def test_a_task_that_says_other_settings_than_it_has_is_not_ranked():
     envs = rows(**LAX)
     envs._core.task = rows().task
     found = evaluate(TOP, "zero", n=N, env=envs)
@@ -80,7 +78,7 @@ def test_a_task_that_says_other_settings_than_it_has_is_not_ranked() -> None:
     refused(found, "which its actions give in the registered task")
 
 
-def test_an_environment_of_another_task_is_refused() -> None:
+def test_an_environment_of_another_task_is_refused():
     with pytest.raises(ValueError, match=rf"env = SleepingTopRandom; expected one of {TOP}"):
         evaluate(TOP, "zero", n=N, env=rows("RigidEnvs/SleepingTopRandom-v0"))
 
@@ -88,11 +86,11 @@ def test_an_environment_of_another_task_is_refused() -> None:
 class Lies(VectorWrapper):  # type: ignore[type-arg]
     """Every infos entry of a name is what it says."""
 
-    def __init__(self, env: Any, **lies: Any) -> None:
+    def __init__(self, env, **lies):
         super().__init__(env)
         self.lies = lies
 
-    def step(self, actions: Any) -> Any:
+    def step(self, actions):
         *rest, infos = self.env.step(actions)
         for told in (infos, infos.get("final_info", {})):
             told |= {name: np.full(self.num_envs, value) for name, value in self.lies.items()}
@@ -102,16 +100,14 @@ class Lies(VectorWrapper):  # type: ignore[type-arg]
 @pytest.mark.parametrize("mode", ["SameStep", "NextStep"])
 @pytest.mark.parametrize("policy", ["random", "lqr"])
 @pytest.mark.parametrize("lies", [{"is_success": True}, {"cost": 0.001}, {"reward/upright": 1.0}])
-def test_infos_that_a_wrapper_has_written_do_not_count(
-    policy: str, lies: dict[str, Any], mode: str
-) -> None:
+def test_infos_that_a_wrapper_has_written_do_not_count(policy, lies, mode):
     found = evaluate(TOP, policy, n=N, env=Lies(rows(autoreset_mode=mode), **lies))
     plain = evaluate(TOP, policy, n=N)
     assert found.unranked is None
     np.testing.assert_equal(found.values, plain.values)
 
 
-def test_nor_do_those_of_an_easier_task() -> None:
+def test_nor_do_those_of_an_easier_task():
     easier = {"angle_tolerance": 1.5, "position_tolerance": 3.0}
     found = evaluate(PARK, "zero", n=N, env=Lies(rows(PARK, **easier), is_success=True))
     refused(found, "position_tolerance = 3.0")
@@ -119,10 +115,10 @@ def test_nor_do_those_of_an_easier_task() -> None:
     np.testing.assert_equal(found.values, plain.values)
 
 
-def test_a_success_below_the_bound_of_theory_is_refused() -> None:
+def test_a_success_below_the_bound_of_theory_is_refused():
     envs = rows(PARK)
 
-    def parked(_: Any) -> np.ndarray[Any, Any]:
+    def parked(_):
         state = envs.get_state()
         state["y"][:, :4], state["y"][:, 4:] = [1.0, 0.0, 0.0, 0.0], 0.0
         envs.set_state(state)
@@ -135,9 +131,7 @@ def test_a_success_below_the_bound_of_theory_is_refused() -> None:
 
 @pytest.mark.parametrize("bounds", [None, np.zeros(2), np.ones(2)])
 @pytest.mark.parametrize("cost", [np.nan, -1e-3])
-def test_a_success_has_a_cost_from_the_bound_on_and_from_0_on_without_one(
-    cost: float, bounds: Any
-) -> None:
+def test_a_success_has_a_cost_from_the_bound_on_and_from_0_on_without_one(cost, bounds):
     path, won = Cost("path", "m", 0.01), np.array([True, True])
     with pytest.raises(ValueError, match=f"path of start 1 = {cost}; expected at least"):
         refuse_impossible(path, won, np.array([1.0, cost]), bounds)
@@ -145,10 +139,10 @@ def test_a_success_has_a_cost_from_the_bound_on_and_from_0_on_without_one(
     refuse_impossible(path, won, np.array([1.0, 1.0 - 1e-7]), bounds)  # rounded
 
 
-def test_a_policy_that_sets_states_is_not_ranked() -> None:
+def test_a_policy_that_sets_states_is_not_ranked():
     envs = rows()
 
-    def upright(_: Any) -> np.ndarray[Any, Any]:
+    def upright(_):
         state = envs.get_state()
         state["y"][:] = [1.0, 0.0, 0.0, 0.0, *np.zeros(state["y"].shape[1] - 4)]
         envs.set_state(state)
@@ -159,10 +153,10 @@ def test_a_policy_that_sets_states_is_not_ranked() -> None:
     refused(found, "success of start 0 = True; expected False")
 
 
-def test_a_policy_that_begins_elsewhere_is_not_ranked() -> None:
+def test_a_policy_that_begins_elsewhere_is_not_ranked():
     envs, begun = rows(), []
 
-    def elsewhere(_: Any) -> np.ndarray[Any, Any]:
+    def elsewhere(_):
         if not begun:
             q = [1.0, 0.0, 0.0, 0.0]
             begun.append(envs.reset(options={"state": {"q": q, "omega_body": [0.0, 0.0, 0.0]}}))
@@ -173,10 +167,10 @@ def test_a_policy_that_begins_elsewhere_is_not_ranked() -> None:
     refused(found, "success of start 0 = True; expected False")
 
 
-def test_a_policy_that_makes_steps_of_its_own_is_not_ranked() -> None:
+def test_a_policy_that_makes_steps_of_its_own_is_not_ranked():
     envs = rows()
 
-    def hasty(_: Any) -> np.ndarray[Any, Any]:
+    def hasty(_):
         envs.step(nothing(_))
         return nothing(_)
 
@@ -186,13 +180,13 @@ def test_a_policy_that_makes_steps_of_its_own_is_not_ranked() -> None:
 class Skips(VectorWrapper):  # type: ignore[type-arg]
     """Each action three times; what the first two of them cost is not told."""
 
-    def step(self, actions: Any) -> Any:
+    def step(self, actions):
         for _ in range(2):
             self.env.step(actions)
         return self.env.step(actions)
 
 
-def test_a_wrapper_that_hides_steps_is_not_ranked() -> None:
+def test_a_wrapper_that_hides_steps_is_not_ranked():
     refused(evaluate(TOP, "random", n=N, env=Skips(rows())), "cost of start 0 = ")
 
 
@@ -206,18 +200,18 @@ def test_a_wrapper_that_hides_steps_is_not_ranked() -> None:
     ],
     ids=["no spec", "native", "single"],
 )
-def test_another_time_limit_is_not_ranked(make: Callable[[int], Any], limit: int) -> None:
+def test_another_time_limit_is_not_ranked(make, limit):
     found = evaluate(TOP, "zero", n=N, env=make(limit))
     np.testing.assert_array_equal(found.values["length"], limit)
     refused(found, f"max_episode_steps = {limit}; expected 300, as registered")
 
 
-def test_an_end_before_the_time_limit_is_not_ranked() -> None:
+def test_an_end_before_the_time_limit_is_not_ranked():
     env = TimeLimit(RigidEnv(ENVIRONMENTS[TOP].task), 50)
     refused(evaluate(TOP, "zero", n=1, env=env), "length of start 0 = 50; expected 300")
 
 
-def test_rows_in_other_processes_and_of_others_are_not_ranked() -> None:
+def test_rows_in_other_processes_and_of_others_are_not_ranked():
     options = {"vectorization_mode": "async", "rotation": "quat"}
     envs = gym.make_vec(DETUMBLE, num_envs=2, **options)
     found = evaluate(DETUMBLE, "zero", n=2, env=envs)
@@ -237,16 +231,14 @@ def test_rows_in_other_processes_and_of_others_are_not_ranked() -> None:
     ],
     ids=str,
 )
-def test_other_starts_and_weights_of_which_the_cost_is_made_are_not_ranked(
-    options: dict[str, Any], reason: str
-) -> None:
+def test_other_starts_and_weights_of_which_the_cost_is_made_are_not_ranked(options, reason):
     refused(evaluate(DETUMBLE, "brake", **{"n": 2, **options}), reason)
 
 
 class Halved(VectorActionWrapper):
     """Half of each action."""
 
-    def actions(self, actions: Any) -> Any:
+    def actions(self, actions):
         return 0.5 * actions
 
 
@@ -267,7 +259,7 @@ class Halved(VectorActionWrapper):
         ("RigidEnvs/Reorient-v0", lambda: gym.make_vec("RigidEnvs/Reorient-v0", num_envs=2)),
     ],
 )
-def test_every_form_of_the_registered_task_is_ranked(env_id: str, make: Callable[[], Any]) -> None:
+def test_every_form_of_the_registered_task_is_ranked(env_id, make):
     env = make()
     found = evaluate(env_id, "random", n=5, env=env)
     assert found.unranked is None and found.efficiency is not None
@@ -275,7 +267,7 @@ def test_every_form_of_the_registered_task_is_ranked(env_id: str, make: Callable
     np.testing.assert_array_equal(found.costs, other.costs)
 
 
-def test_rewards_of_a_wrapper_count_in_the_return_and_not_in_the_cost() -> None:
+def test_rewards_of_a_wrapper_count_in_the_return_and_not_in_the_cost():
     actions = load("Detumble").predict
     model = from_function(lambda seen: actions(seen)[0])
     plain = evaluate(DETUMBLE, model, n=N, config={"frame": "reduced"})
@@ -286,18 +278,18 @@ def test_rewards_of_a_wrapper_count_in_the_return_and_not_in_the_cost() -> None:
     assert (found.values["return"] != plain.values["return"]).all()
 
 
-def test_an_environment_steps_as_before_once_it_is_evaluated() -> None:
+def test_an_environment_steps_as_before_once_it_is_evaluated():
     envs = rows()
     step = envs._core.step_into
     evaluate(TOP, "zero", n=N, env=envs)
     assert envs._core.step_into is step
-    single: Any = gym.make(TOP)
+    single = gym.make(TOP)
     evaluate(TOP, "zero", n=1, env=single)
     env = single.unwrapped
     assert env._used_by_step[0].func is env._core.step_into.func
 
 
-def test_of_several_steps_the_last_success_counts_and_all_costs() -> None:
+def test_of_several_steps_the_last_success_counts_and_all_costs():
     envs, cost = rows(DETUMBLE), np.zeros(N)
     witness, brake = Witness(envs), reference_controllers(DETUMBLE)["brake"](envs.task)
     envs.reset(seed=0)
@@ -310,18 +302,18 @@ def test_of_several_steps_the_last_success_counts_and_all_costs() -> None:
     assert cost.all()
 
 
-def test_a_policy_may_try_its_actions_in_copies() -> None:
+def test_a_policy_may_try_its_actions_in_copies():
     env = gym.make(TOP)
-    single: Any = env.unwrapped
+    single = env.unwrapped
 
-    def careful(_: Any) -> np.ndarray[Any, Any]:
+    def careful(_):
         copy.deepcopy(single).step(np.ones(2, np.float32))
         return np.zeros((1, 2), np.float32)
 
     assert evaluate(TOP, careful, n=1, env=env).unranked is None
 
 
-def test_an_environment_without_a_limit_is_cut_off_at_the_registered_one() -> None:
+def test_an_environment_without_a_limit_is_cut_off_at_the_registered_one():
     found = evaluate(TOP, "zero", n=N, env=rows(max_episode_steps=None))
     np.testing.assert_array_equal(found.values["length"], 300)
 
@@ -331,23 +323,21 @@ class Endless(gym.Env[Any, Any]):
 
     observation_space = action_space = gym.spaces.Box(-1.0, 1.0, (1,))
 
-    def reset(self, *, seed: Any = None, options: Any = None) -> Any:
+    def reset(self, *, seed=None, options=None):
         return np.zeros(1, np.float32), {}
 
-    def step(self, action: Any) -> Any:
+    def step(self, action):
         return np.zeros(1, np.float32), 0.0, False, False, {}
 
 
-def test_episodes_of_others_that_do_not_end_are_refused(monkeypatch: Patch) -> None:
+def test_episodes_of_others_that_do_not_end_are_refused(monkeypatch):
     monkeypatch.setattr("rigid_envs.scores.starts._MOST", 100)
     message = "env: 1 episodes of more than 100 steps; expected a time limit: wrap it in"
     with pytest.raises(ValueError, match=message):
         evaluate("Mine/Endless-v0", "zero", n=1, env=Endless())
 
 
-def test_costs_of_an_easier_task_do_not_become_the_best_known(
-    tmp_path: Any, capsys: Capture
-) -> None:
+def test_costs_of_an_easier_task_do_not_become_the_best_known(tmp_path, capsys):
     easier = evaluate(DETUMBLE, "brake", n=2, config={"start_momentum": 0.5})
     with pytest.raises(ValueError, match=r"^brake: start_momentum = 0\.5; expected .* registered"):
         find(DETUMBLE, others=[easier], untrained={}, n=2)

@@ -3,9 +3,7 @@
 import json
 import locale
 import shutil
-from collections.abc import Callable
 from dataclasses import fields, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,14 +23,14 @@ FORGED = "ppo |\n| forged"
 
 
 @pytest.fixture
-def file(kind: str, tmp_path: Path) -> Path:
+def file(kind, tmp_path):
     """A good file of a kind."""
     READERS[kind].write(tmp_path / READERS[kind].name)
     return tmp_path / READERS[kind].name
 
 
 @pytest.mark.parametrize("won", [False, True])
-def test_a_record_is_read_as_it_was_written(tmp_path: Path, won: bool) -> None:
+def test_a_record_is_read_as_it_was_written(tmp_path, won):
     record, file = published_record(published()[0]), tmp_path / "new" / "record.json"
     record = replace(record, successes=np.full(500, won))
     write_record(file, record)
@@ -50,9 +48,7 @@ def test_a_record_is_read_as_it_was_written(tmp_path: Path, won: bool) -> None:
         *(({}, changed) for changed in ({"version": 0}, {"seed": 5}, {"starts": 499})),
     ],
 )
-def test_records_of_other_formats_and_starts_are_refused(
-    about: dict[str, Any], changed: dict[str, Any], tmp_path: Path
-) -> None:
+def test_records_of_other_formats_and_starts_are_refused(about, changed, tmp_path):
     file = tmp_path / "record.json"
     write_record(file, published_record(published()[0]))
     data = json.loads(file.read_text()) | about
@@ -74,9 +70,7 @@ def test_records_of_other_formats_and_starts_are_refused(
         ("result", "", PROVENANCE),
     ],
 )
-def test_what_figures_come_from_is_told_in_full_by_every_file_of_figures(
-    kind: str, part: str, names: tuple[str, ...], file: Path
-) -> None:
+def test_what_figures_come_from_is_told_in_full_by_every_file_of_figures(kind, part, names, file):
     whole = json.loads(file.read_text())
     assert READERS[kind].read(file)
     wrong: dict[str, Any]
@@ -90,7 +84,7 @@ def test_what_figures_come_from_is_told_in_full_by_every_file_of_figures(
 
 
 @pytest.mark.parametrize("kind", ["record", "best", "result"])
-def test_figures_of_no_version_of_this_library_are_refused(kind: str, file: Path) -> None:
+def test_figures_of_no_version_of_this_library_are_refused(kind, file):
     whole = json.loads(file.read_text())
     told = whole.get("provenance", whole)
     wrong: dict[str, Any]
@@ -109,9 +103,7 @@ def test_figures_of_no_version_of_this_library_are_refused(kind: str, file: Path
         (lambda file: read_results(file.parent), 2**24),
     ],
 )
-def test_a_file_of_more_bytes_than_make_sense_is_not_read(
-    read: Callable[[Path], Any], limit: int, tmp_path: Path
-) -> None:
+def test_a_file_of_more_bytes_than_make_sense_is_not_read(read, limit, tmp_path):
     with (tmp_path / "file.json").open("wb") as sparse:
         sparse.truncate(limit + 1)
     with pytest.raises(DamagedFileError, match=f"{limit + 1} bytes; expected at most {limit}"):
@@ -132,9 +124,7 @@ def test_a_file_of_more_bytes_than_make_sense_is_not_read(
         ("result", "env_id", "\x1b[2J"),
     ],
 )
-def test_text_that_would_steer_a_terminal_or_forge_a_row_is_refused(
-    kind: str, key: str, value: Any, file: Path
-) -> None:
+def test_text_that_would_steer_a_terminal_or_forge_a_row_is_refused(kind, key, value, file):
     write_document(file, json.loads(file.read_text()) | {key: value})
     with pytest.raises(DamagedFileError, match="can be printed"):
         READERS[kind].read(file)

@@ -23,7 +23,7 @@ from rigid_envs.testing.environments import in_full
 RUNS = [[0.1, 0.2, 0.9], [0.4, 0.5, 0.6, 0.7, 0.8]]
 
 
-def test_the_interquartile_mean_leaves_out_a_quarter_on_either_side() -> None:
+def test_the_interquartile_mean_leaves_out_a_quarter_on_either_side():
     assert interquartile_mean([[0.3]]) == 0.3
     rng = np.random.default_rng(0)
     for n in range(1, 30):
@@ -31,19 +31,19 @@ def test_the_interquartile_mean_leaves_out_a_quarter_on_either_side() -> None:
         assert interquartile_mean([x]) == pytest.approx(stats.trim_mean(x, 0.25))
 
 
-def test_every_id_has_the_same_weight_in_the_interquartile_mean() -> None:
+def test_every_id_has_the_same_weight_in_the_interquartile_mean():
     as_many = np.concatenate([np.repeat(RUNS[0], 5), np.repeat(RUNS[1], 3)])
     assert interquartile_mean(RUNS) == pytest.approx(stats.trim_mean(as_many, 0.25))
     few, many = [*RUNS, [0.3], [0.65]], [*RUNS, [0.3] * 7, [0.65] * 2]
     assert interquartile_mean(many) == pytest.approx(interquartile_mean(few))
 
 
-def test_a_performance_profile_is_the_share_of_runs_above_averaged_over_ids() -> None:
+def test_a_performance_profile_is_the_share_of_runs_above_averaged_over_ids():
     found = performance_profile(RUNS, [0.0, 0.45, 0.6, 1.0])
     np.testing.assert_allclose(found, [1.0, (1 / 3 + 4 / 5) / 2, (1 / 3 + 2 / 5) / 2, 0.0])
 
 
-def test_the_probability_of_improvement_is_that_of_mann_and_whitney() -> None:
+def test_the_probability_of_improvement_is_that_of_mann_and_whitney():
     assert probability_of_improvement([[1.0, 2.0]], [[1.0, 0.0]]) == (0.5 + 1 + 1 + 1) / 4
     rng = np.random.default_rng(1)
     a, b = rng.normal(size=(2, 7)).round(1), rng.normal(size=(2, 9)).round(1)
@@ -51,10 +51,10 @@ def test_the_probability_of_improvement_is_that_of_mann_and_whitney() -> None:
     assert probability_of_improvement(a, b) == pytest.approx(np.mean(shares))
 
 
-def test_the_bootstrap_draws_seeds_within_each_id() -> None:
+def test_the_bootstrap_draws_seeds_within_each_id():
     means = []
 
-    def mean(runs: list[np.ndarray]) -> float:
+    def mean(runs):
         assert [len(each) for each in runs] == [3, 5]
         assert set(runs[0]) <= set(RUNS[0]) and set(runs[1]) <= set(RUNS[1])
         means.append(float(np.mean([each.mean() for each in runs])))
@@ -65,7 +65,7 @@ def test_the_bootstrap_draws_seeds_within_each_id() -> None:
     assert stratified_bootstrap(mean, RUNS, n_resamples=400) == (low, high)
 
 
-def test_the_band_of_a_curve_is_the_interval_at_each_point() -> None:
+def test_the_band_of_a_curve_is_the_interval_at_each_point():
     at = [0.3, 0.5, 0.75]
     band = np.array(stratified_band(lambda runs: performance_profile(runs, at), RUNS))
     for k, point in enumerate(at):
@@ -76,7 +76,7 @@ def test_the_band_of_a_curve_is_the_interval_at_each_point() -> None:
     assert (low < curves.mean(axis=0)).all() and (curves.mean(axis=0) < high).all()
 
 
-def test_the_interval_of_one_normal_stratum_is_that_of_its_standard_error() -> None:
+def test_the_interval_of_one_normal_stratum_is_that_of_its_standard_error():
     x = np.random.default_rng(2).normal(size=400)
     low, high = stratified_bootstrap(lambda runs: float(runs[0].mean()), [x])
     width = 1.959964 * x.std() / 20.0
@@ -84,13 +84,13 @@ def test_the_interval_of_one_normal_stratum_is_that_of_its_standard_error() -> N
     np.testing.assert_allclose([low, high], [x.mean() - width, x.mean() + width], atol=0.15 * width)
 
 
-def test_one_seed_says_nothing_about_others_and_two_policies_are_compared() -> None:
+def test_one_seed_says_nothing_about_others_and_two_policies_are_compared():
     assert stratified_bootstrap(interquartile_mean, [[0.3], [0.5]], n_resamples=9) == (0.4, 0.4)
     low, high = stratified_bootstrap(probability_of_improvement, RUNS, RUNS, n_resamples=200)
     assert low < 0.5 < high
 
 
-def test_what_is_no_runs_is_refused() -> None:
+def test_what_is_no_runs_is_refused():
     with pytest.raises(ValueError, match=r"runs have shapes \[\]; expected"):
         interquartile_mean([])
     with pytest.raises(ValueError, match=r"others = 1 ids; expected 2"):
@@ -98,7 +98,7 @@ def test_what_is_no_runs_is_refused() -> None:
 
 
 @pytest.mark.parametrize(("won", "n"), [(0, 7), (1, 7), (6, 7), (7, 7), (131, 500), (1, 1)])
-def test_the_interval_of_a_rate_is_that_of_wilson(won: int, n: int) -> None:
+def test_the_interval_of_a_rate_is_that_of_wilson(won, n):
     theirs = stats.binomtest(won, n).proportion_ci(0.95, method="wilson")
     # the quantile of the normal distribution is written with 15 digits or more
     np.testing.assert_allclose(wilson_interval(won, n), theirs, rtol=1e-13, atol=1e-16)
@@ -109,7 +109,7 @@ each_id = pytest.mark.parametrize("env_id", list(ENVIRONMENTS))
 one_of_each_system = in_full(ENVIRONMENTS)
 
 
-def test_efficiency_is_the_share_of_the_best_cost_in_the_own_one_of_a_success() -> None:
+def test_efficiency_is_the_share_of_the_best_cost_in_the_own_one_of_a_success():
     """The first to succeed has all of it; costs below the floor count as it."""
     for won, costs, best, expected in (
         ([1, 1, 1, 0, 0], [2.0, 4.0, 1.0, 1.0, 0.0], [2.0] * 5, [1.0, 0.5, 1.0, 0.0, 0.0]),
@@ -121,13 +121,13 @@ def test_efficiency_is_the_share_of_the_best_cost_in_the_own_one_of_a_success() 
 
 
 @each_id
-def test_every_id_has_a_cost_with_a_floor_far_below_what_is_known(env_id: str) -> None:
+def test_every_id_has_a_cost_with_a_floor_far_below_what_is_known(env_id):
     cost, known = cost_of(env_id, task_of(env_id)), best_known(env_id)
     assert known is not None and known.cost == cost.name
     assert 0.0 < cost.floor <= 0.15 * np.nanmedian(known.costs)
 
 
-def constant(value: float) -> PolicyFactory:
+def constant(value):
     def make(envs):
         space = envs.action_space
         fixed = np.full(space.shape, value, dtype=space.dtype)
@@ -138,7 +138,7 @@ def constant(value: float) -> PolicyFactory:
     return PolicyFactory(make, f"constant {value}")
 
 
-def fails_late(env_id: str) -> PolicyFactory:
+def fails_late(env_id):
     """The quickest controller to compute, until shortly before it would succeed."""
     quick = list(reference_controllers(env_id))[-1]
     good = untrained_policy(env_id, quick)
@@ -161,7 +161,7 @@ def fails_late(env_id: str) -> PolicyFactory:
 
 
 @one_of_each_system
-def test_nothing_that_fails_is_efficient_and_no_best_known_is_below_the_bound(env_id: str) -> None:
+def test_nothing_that_fails_is_efficient_and_no_best_known_is_below_the_bound(env_id):
     policies = ["zero", "random", constant(1.0), constant(-0.5), fails_late(env_id)]
     for policy in policies:
         found = evaluate(env_id, policy, n=N)
@@ -172,7 +172,7 @@ def test_nothing_that_fails_is_efficient_and_no_best_known_is_below_the_bound(en
 
 
 @one_of_each_system
-def test_no_reference_controller_is_better_than_the_data_say(env_id: str) -> None:
+def test_no_reference_controller_is_better_than_the_data_say(env_id):
     known = best_known(env_id)
     name = next(iter(reference_controllers(env_id)))
     found = evaluate(env_id, name, n=4)  # a shortest path takes half a second

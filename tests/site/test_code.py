@@ -7,7 +7,6 @@ import importlib
 import importlib.util
 import re
 import shlex
-from argparse import ArgumentParser
 from pathlib import Path
 from typing import NamedTuple
 
@@ -15,7 +14,6 @@ import pytest
 
 from rigid_envs.tools.cli.command_line import _parser as library
 from rigid_envs.tools.cli.words import config_of
-from tests.fixtures import Patch
 from tests.programs import printed
 from tests.site.links import broken_links
 
@@ -26,7 +24,7 @@ PAGE = """
 BROKEN = ["#gone", "gone.html", "http://plain.org/x", "https://nowhere", "other.html#gone", "sub/"]
 
 
-def test_what_leads_nowhere_is_named_with_its_page(tmp_path: Path) -> None:
+def test_what_leads_nowhere_is_named_with_its_page(tmp_path):
     (tmp_path / "sub").mkdir()
     (tmp_path / "a b.png").write_bytes(b"")
     (tmp_path / "other.html").write_text('<p id="there">')
@@ -35,7 +33,7 @@ def test_what_leads_nowhere_is_named_with_its_page(tmp_path: Path) -> None:
     assert broken_links(tmp_path) == [f"index.html: {target}" for target in BROKEN]
 
 
-def test_an_empty_folder_is_no_site(tmp_path: Path) -> None:
+def test_an_empty_folder_is_no_site(tmp_path):
     with pytest.raises(FileNotFoundError, match="expected a site"):
         broken_links(tmp_path)
 
@@ -77,17 +75,17 @@ class Block(NamedTuple):
     code: str
 
 
-def text_of(page: str) -> str:
+def text_of(page):
     return (ROOT / page).read_text(encoding="utf-8")
 
 
-def blocks_of(page: str, *languages: str) -> list[Block]:
+def blocks_of(page, *languages):
     """Blocks of a page in some languages, in order."""
     found = re.findall(r"^```(\w+)\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
     return [Block(*each) for each in found if each[0] in languages]
 
 
-def commands_of(page: str) -> list[list[str]]:
+def commands_of(page):
     """Commands of the shell that a page shows, as words."""
     found = []
     for block in blocks_of(page, "bash", "sh", "console", "shell"):
@@ -108,7 +106,7 @@ HERE = [
 ]
 
 
-def test_the_tests_that_are_named_are_there_and_read_their_page() -> None:
+def test_the_tests_that_are_named_are_there_and_read_their_page():
     for page, test in ELSEWHERE.items():
         file, _, name = test.partition("::")
         text = (ROOT / file).read_text(encoding="utf-8")
@@ -118,18 +116,18 @@ def test_the_tests_that_are_named_are_there_and_read_their_page() -> None:
 
 
 @pytest.mark.parametrize("page", HERE)
-def test_python_of_a_page_runs(page: str, tmp_path: Path, monkeypatch: Patch) -> None:
+def test_python_of_a_page_runs(page, tmp_path, monkeypatch):
     """A block that stands on a page of the list, too, is not run again."""
     known = {block for other in ELSEWHERE for block in blocks_of(other, "python")}
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")  # of the window that the first page opens
-    names: dict[str, object] = {"__name__": "page"}
+    names = {"__name__": "page"}
     for block in blocks_of(page, "python"):
         if block not in known:
             exec(compile(block.code, page, "exec"), names)
 
 
-def understood(parser: ArgumentParser, words: list[str]) -> list[str]:
+def understood(parser, words):
     """Words that a parser leaves for the settings of a task, as ``--radius 0.5``."""
     try:
         _, rest = parser.parse_known_args(words)
@@ -138,7 +136,7 @@ def understood(parser: ArgumentParser, words: list[str]) -> list[str]:
     return rest
 
 
-def check_agents(words: list[str]) -> None:
+def check_agents(words):
     pytest.importorskip("stable_baselines3")
     from agents.cli.command_line import _parser as application
 
@@ -147,7 +145,7 @@ def check_agents(words: list[str]) -> None:
     assert all(name.startswith(("--env_kwargs.", "--train_kwargs.")) for name in names), words
 
 
-def check_python(words: list[str]) -> None:
+def check_python(words):
     if words[0] != "-m":
         assert (ROOT / words[0]).is_file(), words
     elif words[1] == "agents":
@@ -156,7 +154,7 @@ def check_python(words: list[str]) -> None:
         assert importlib.util.find_spec(words[1]), words
 
 
-def check(words: list[str]) -> None:
+def check(words):
     """Fail for a command that the program it calls would refuse."""
     program, rest = words[0].removeprefix(".venv/bin/"), words[1:]
     for word in rest:
@@ -172,7 +170,7 @@ def check(words: list[str]) -> None:
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if commands_of(page)])
-def test_commands_of_a_page_are_understood(page: str) -> None:
+def test_commands_of_a_page_are_understood(page):
     for words in commands_of(page):
         check(words)
 
@@ -188,12 +186,12 @@ def test_commands_of_a_page_are_understood(page: str) -> None:
         "frobnicate",
     ],
 )
-def test_wrong_commands_are_noticed(command: str) -> None:
+def test_wrong_commands_are_noticed(command):
     with pytest.raises((AssertionError, pytest.fail.Exception, ValueError)):
         check(command.split())
 
 
-def documented(page: Path) -> list[object]:
+def documented(page):
     """The classes and functions on a page."""
     text, found = page.read_text(encoding="utf-8"), []
     for name, options in re.findall(r"automodule:: (\S+)\n((?:   .*\n)*)", text):
@@ -207,8 +205,8 @@ def documented(page: Path) -> list[object]:
     return found
 
 
-def test_no_object_is_documented_twice() -> None:
-    pages: dict[int, str] = {}
+def test_no_object_is_documented_twice():
+    pages = {}
     for page in sorted((ROOT / "docs" / "reference").glob("*.md")):
         for member in documented(page):
             other = pages.setdefault(id(member), page.name)
@@ -219,7 +217,7 @@ FOLDER = ROOT / "docs" / "tutorials"
 NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
 
 
-def test_all_are_on_the_site_and_begin_with_a_title() -> None:
+def test_all_are_on_the_site_and_begin_with_a_title():
     index = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
     for name in NAMES:
         text = (FOLDER / f"{name}.py").read_text(encoding="utf-8")
@@ -230,12 +228,12 @@ def test_all_are_on_the_site_and_begin_with_a_title() -> None:
 
 @pytest.mark.long  # at a push, the site is built of them, each cell executed
 @pytest.mark.parametrize("name", NAMES)
-def test_it_runs_as_a_script(name: str, tmp_path: Path) -> None:
+def test_it_runs_as_a_script(name, tmp_path):
     printed(FOLDER / f"{name}.py", cwd=tmp_path, PYTHONPATH=str(ROOT), MPLBACKEND="Agg")
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_it_is_a_notebook(name: str) -> None:
+def test_it_is_a_notebook(name):
     jupytext = pytest.importorskip("jupytext")
     nbformat = pytest.importorskip("nbformat")
     notebook = jupytext.read(FOLDER / f"{name}.py")

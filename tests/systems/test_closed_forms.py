@@ -8,10 +8,8 @@ few bits, however large or small they are.
 import inspect
 import itertools
 import re
-from collections.abc import Callable, Iterator
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -28,7 +26,7 @@ from tests.refusals import NO_NUMBERS, refusal
 
 MASS, LENGTH, TIME = range(3)
 # of each parameter: exponents of mass, length and time, and an ordinary value
-PARAMETERS: dict[str, tuple[tuple[int, int, int], Any]] = {
+PARAMETERS = {
     "amplitudes": ((0, 1, 0), [0.1, 0.2]),
     "beta": ((0, 0, 0), 0.4),
     "c1": ((0, 0, -1), 0.3),
@@ -81,7 +79,7 @@ PARAMETERS: dict[str, tuple[tuple[int, int, int], Any]] = {
     "velocity": ((0, 1, -1), [1.0, 0.3]),
 }
 # where the value above is outside the range of a function
-OTHERS: dict[str, dict[str, Any]] = {
+OTHERS = {
     "free_body.chandler_period": {"i_perp": 0.8},
     "free_body.chandler_turns": {"i_perp": 0.8},
     "free_body.symmetric_cones": {"moments": [1.0, 1.0, 1.5]},
@@ -104,13 +102,13 @@ ROOMS = {
 }  # by system
 
 
-def functions_of(forms: Any) -> dict[str, Callable[..., Any]]:
+def functions_of(forms):
     """The public functions of a module, without those that it imports."""
     found = inspect.getmembers(forms, inspect.isfunction)
     return {name: f for name, f in found if f.__module__ == forms.__name__ and name[0] != "_"}
 
 
-def named() -> Iterator[str]:
+def named():
     """Names of those whose parameters are known, units or not."""
     for module, forms in ROOMS.items():
         for name, function in functions_of(forms).items():
@@ -126,7 +124,7 @@ WITH_UNITS = [n for n in ALL if not n.endswith("_fields") and "segments" not in 
 each_form = pytest.mark.parametrize("name", ALL)
 
 
-def numbers_of(result: Any) -> Iterator[np.ndarray]:
+def numbers_of(result):
     """All arrays and numbers of a result, one after the other."""
     if is_dataclass(result):
         for field in fields(result):
@@ -140,20 +138,20 @@ def numbers_of(result: Any) -> Iterator[np.ndarray]:
         yield np.asarray(result, dtype=np.float64)
 
 
-def form_of(name: str) -> Callable[..., Any]:
+def form_of(name):
     module, _, function = name.partition(".")
-    form: Callable[..., Any] = getattr(ROOMS[module], function)
+    form = getattr(ROOMS[module], function)
     return form
 
 
-def arguments_of(name: str) -> dict[str, Any]:
+def arguments_of(name):
     return {
         key: OTHERS.get(name, {}).get(key) or PARAMETERS[key][1]
         for key in inspect.signature(form_of(name)).parameters
     }
 
 
-def called(name: str, unit: int, exponent: int) -> list[np.ndarray]:
+def called(name, unit, exponent):
     """The closed form with the same motion, of a unit that is 2^-exponent of the old one."""
     arguments = {}
     for key, value in arguments_of(name).items():
@@ -162,7 +160,7 @@ def called(name: str, unit: int, exponent: int) -> list[np.ndarray]:
     return list(numbers_of(form_of(name)(**arguments)))
 
 
-def assert_rescaled(before: np.ndarray, after: np.ndarray) -> None:
+def assert_rescaled(before, after):
     """Numbers are as before, but for a power of two."""
     finite = np.isfinite(before) & (before != 0.0)
     np.testing.assert_array_equal(after[~finite], before[~finite])
@@ -176,14 +174,14 @@ def assert_rescaled(before: np.ndarray, after: np.ndarray) -> None:
 
 
 @pytest.mark.parametrize("name", WITH_UNITS)
-def test_units_change_exponents_alone(name: str) -> None:
+def test_units_change_exponents_alone(name):
     for unit, exponent in itertools.product((MASS, LENGTH, TIME), (-400, -8, 8, 400)):
         for before, after in zip(called(name, unit, 0), called(name, unit, exponent), strict=True):
             assert_rescaled(before, after)
 
 
 @pytest.mark.parametrize("key", ["t", "theta"])
-def test_times_and_angles_of_any_shape_are_taken(key: str) -> None:
+def test_times_and_angles_of_any_shape_are_taken(key):
     for name in WITH_UNITS:
         parameter = inspect.signature(form_of(name)).parameters.get(key)
         if parameter is None or parameter.annotation != "ArrayLike":
@@ -211,7 +209,7 @@ WRONG = {
 }
 
 
-def spoiled(key: str, value: Any) -> Iterator[Any]:
+def spoiled(key, value):
     """What is no such number or size."""
     for wrong in (np.nan, *WRONG.get(key, ())):
         changed = np.array(value, dtype=np.float64)
@@ -223,7 +221,7 @@ def spoiled(key: str, value: Any) -> Iterator[Any]:
 
 
 @each_form
-def test_what_is_no_number_or_no_size_is_refused_by_name(name: str) -> None:
+def test_what_is_no_number_or_no_size_is_refused_by_name(name):
     arguments = arguments_of(name)
     parameters = inspect.signature(form_of(name)).parameters
     form_of(name)(**arguments)
@@ -270,20 +268,18 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name: str) -> None:
         ),
     ],
 )
-def test_what_a_formula_does_not_hold_for_is_refused(
-    name: str, changed: dict[str, Any], message: str
-) -> None:
+def test_what_a_formula_does_not_hold_for_is_refused(name, changed, message):
     with pytest.raises(ValueError, match=message):
         form_of(name)(**{**arguments_of(name), **changed})
 
 
-def test_what_is_left_out_is_zero_in_all_units() -> None:
+def test_what_is_left_out_is_zero_in_all_units():
     for name in ALL:
         for parameter in inspect.signature(form_of(name)).parameters.values():
             assert parameter.default is parameter.empty or not np.any(parameter.default), name
 
 
-def test_all_closed_forms_are_tried() -> None:
+def test_all_closed_forms_are_tried():
     folder = Path(rigid_envs.__file__).parent / "systems"
     assert {file.parent.name for file in folder.glob("*/closed_forms.py")} == ROOMS.keys()
     functions = {

@@ -52,7 +52,7 @@ class Body:
     colour: str = setting("red", COLOUR)
     switch: bool = setting(False, SWITCH)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self):
         check_fields(self)
 
 

@@ -1,7 +1,6 @@
 """`deep_check` finds what is wrong with an environment, and nothing wrong with a correct one."""
 
 import random
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -13,10 +12,9 @@ from gymnasium.wrappers import RecordEpisodeStatistics, TimeLimit
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.deep import DeepCheckError, deep_check
-from tests.fixtures import Patch
 from tests.programs import printed
 from tests.testing import planted
-from tests.testing.planted import LIMIT, PLANTED, Planted, Slider
+from tests.testing.planted import LIMIT, PLANTED, Slider
 
 STOCK = (
     *("CartPole-v1", "Pendulum-v1", "Acrobot-v1", "MountainCar-v0", "MountainCarContinuous-v0"),
@@ -24,13 +22,13 @@ STOCK = (
 )
 
 
-def registered(entry: Any, name: str, **more: Any) -> str:
+def registered(entry, name, **more):
     env_id = f"Planted/{name}-v0"
     gym.register(env_id, entry, max_episode_steps=LIMIT, **more)
     return env_id
 
 
-def id_of(bug: type) -> str:
+def id_of(bug):
     """The environment; around a correct one, and its time limit, if the bug is a wrapper."""
     if not issubclass(bug, gym.Wrapper):
         return registered(bug, bug.__name__)
@@ -39,11 +37,11 @@ def id_of(bug: type) -> str:
 
 
 @pytest.fixture(autouse=True)
-def registry_kept(monkeypatch: Patch) -> None:
+def registry_kept(monkeypatch):
     monkeypatch.setattr(gym.envs.registration, "registry", dict(gym.registry))
 
 
-def findings(source: Any, **options: Any) -> tuple[str, ...]:
+def findings(source, **options):
     with pytest.raises(DeepCheckError) as raised:
         deep_check(source, **options)
     assert all(finding in str(raised.value) for finding in raised.value.findings)
@@ -51,12 +49,12 @@ def findings(source: Any, **options: Any) -> tuple[str, ...]:
 
 
 @pytest.mark.parametrize("case", PLANTED[::2], ids=lambda case: case.bug.__name__)
-def test_planted_bugs_are_found_by_their_names(case: Planted) -> None:
+def test_planted_bugs_are_found_by_their_names(case):
     found = findings(id_of(case.bug), **case.options)
     assert any(finding.startswith(f"{case.found_by}: ") for finding in found), found
 
 
-def test_there_are_enough_bugs_for_the_claim() -> None:
+def test_there_are_enough_bugs_for_the_claim():
     assert len({case.bug.__name__ for case in PLANTED}) == len(PLANTED) >= 55
 
 
@@ -114,41 +112,41 @@ class NoDriver(Slider):
         BoundsThatTruncate,
     ],
 )
-def test_a_correct_environment_has_no_findings(correct: type) -> None:
+def test_a_correct_environment_has_no_findings(correct):
     deep_check(id_of(correct), strict=True)
     deep_check(correct, strict=True)
 
 
-def test_a_callable_with_wrappers_has_no_findings() -> None:
+def test_a_callable_with_wrappers_has_no_findings():
     deep_check(lambda: RecordEpisodeStatistics(TimeLimit(Slider(), 9)), strict=True)
 
 
-def test_a_nondeterministic_environment_is_not_asked_for_the_same_bits() -> None:
+def test_a_nondeterministic_environment_is_not_asked_for_the_same_bits():
     bug = planted.IgnoresTheSeed
     deep_check(registered(bug, "Random", nondeterministic=True))
     assert findings(registered(bug, "Honest"))
 
 
 @pytest.mark.parametrize("env_id", STOCK[::2])
-def test_environments_of_gymnasium_have_no_findings(env_id: str) -> None:
+def test_environments_of_gymnasium_have_no_findings(env_id):
     deep_check(env_id)
 
 
 @pytest.mark.parametrize("env_id", list(ENVIRONMENTS)[::6])
-def test_environments_of_this_package_have_no_findings(env_id: str) -> None:
+def test_environments_of_this_package_have_no_findings(env_id):
     deep_check(env_id, strict=True)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("env_id", [*STOCK, *ENVIRONMENTS])
-def test_no_environment_has_findings_for_any_of_100_seeds(env_id: str) -> None:
+def test_no_environment_has_findings_for_any_of_100_seeds(env_id):
     for seed in range(100):
         deep_check(env_id, seed=seed, strict=env_id in ENVIRONMENTS)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("case", PLANTED, ids=lambda case: case.bug.__name__)
-def test_every_planted_bug_is_found_for_any_of_20_seeds(case: Planted) -> None:
+def test_every_planted_bug_is_found_for_any_of_20_seeds(case):
     env_id = id_of(case.bug)
     for seed in range(20):
         found = findings(env_id, seed=seed, **case.options)
@@ -165,30 +163,30 @@ def test_every_planted_bug_is_found_for_any_of_20_seeds(case: Planted) -> None:
         ),
     ],
 )
-def test_what_gymnasium_leaves_open_is_asked_for_on_request(env_id: str, names: set[str]) -> None:
+def test_what_gymnasium_leaves_open_is_asked_for_on_request(env_id, names):
     assert {finding.partition(":")[0] for finding in findings(env_id, strict=True)} == names
 
 
-def test_a_finding_says_what_where_and_what_was_expected() -> None:
+def test_a_finding_says_what_where_and_what_was_expected():
     assert findings(planted.NumbersForFlags) == (
         "results_are_of_their_declared_kinds: result 1 (0 is the first reset): terminated is 0, "
         "expected a bool",
     )
 
 
-def test_the_global_generators_are_left_as_they_were() -> None:
+def test_the_global_generators_are_left_as_they_were():
     before = random.getstate(), np.random.get_state()[1].tolist()  # noqa: NPY002
     findings(planted.SeedsTheGlobalGenerator)
     assert (random.getstate(), np.random.get_state()[1].tolist()) == before  # noqa: NPY002
 
 
-def test_arguments_reach_the_environment() -> None:
+def test_arguments_reach_the_environment():
     deep_check("RigidEnvs/BallPark-v0", frame="reduced", strict=True)
     with pytest.raises(ConfigError, match="frame = 'upside down'"):
         deep_check("RigidEnvs/BallPark-v0", frame="upside down")
 
 
-def test_it_needs_no_package_of_the_tests() -> None:
+def test_it_needs_no_package_of_the_tests():
     code = (
         "import sys; sys.modules['pytest'] = sys.modules['hypothesis'] = None; "
         "from rigid_envs.testing import deep_check; deep_check('CartPole-v1')"

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,7 +19,6 @@ from agents.cli.command_line import main
 from agents.config.reading import load_config, recipe_for
 from rigid_envs.scores.trained import file_of
 from rigid_envs.watch.replays.replay import load_replay
-from tests.fixtures import Capture, Patch
 from tests.programs import printed
 
 ENV = ["--env_id", "tests.agents.drift:Drift-v0", "--allow-import", "tests.agents.drift"]
@@ -34,14 +32,14 @@ IN_THE_WORLD = {"env_id": BALL_PARK, "total_timesteps": 3_990_000}
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+def finished(tmp_path_factory):
     logs = tmp_path_factory.mktemp("logs")
     words = [*SMALL, "--total_timesteps", "1.2e4", "--log_dir", str(logs)]
     said = printed("-m", "agents", "train", *ENV, *words, cwd=ROOT)
     return logs / "ppo" / "Drift-v0_1", said
 
 
-def test_training_ends_with_the_table_and_where_everything_is(finished: tuple[Path, str]) -> None:
+def test_training_ends_with_the_table_and_where_everything_is(finished):
     folder, said = finished
     assert "500 unseen starts" in said and "random policy" in said and str(folder) in said
     listed, after = said.split(f"In {folder}:")[1].split("Next:")
@@ -61,9 +59,7 @@ def test_training_ends_with_the_table_and_where_everything_is(finished: tuple[Pa
     assert list((folder / "tensorboard").glob("events.*"))
 
 
-def test_evaluate_gives_the_same_figures_again(
-    finished: tuple[Path, str], tmp_path: Path, capsys: Capture
-) -> None:
+def test_evaluate_gives_the_same_figures_again(finished, tmp_path, capsys):
     trained, said = finished
     folder = shutil.copytree(trained, tmp_path / "run")  # others see what the training wrote
     written = (folder / "results.json").read_bytes()
@@ -79,9 +75,7 @@ def test_evaluate_gives_the_same_figures_again(
     assert (folder / "results.json").read_bytes() == written
 
 
-def test_evaluate_saves_replays_and_rows_of_the_leaderboard(
-    finished: tuple[Path, str], tmp_path: Path, capsys: Capture
-) -> None:
+def test_evaluate_saves_replays_and_rows_of_the_leaderboard(finished, tmp_path, capsys):
     options = ("--episodes", "3", "--save-replays", "2", "--out", str(tmp_path))
     assert main(["evaluate", str(file_of("Detumble")), *options]) == 0
     file = tmp_path / "replays.npz"
@@ -94,7 +88,7 @@ def test_evaluate_saves_replays_and_rows_of_the_leaderboard(
     assert "--save-replays: env_id = 'Drift-v0'" in capsys.readouterr().err
 
 
-def test_enjoy_prints_one_line_per_step(finished: tuple[Path, str], capsys: Capture) -> None:
+def test_enjoy_prints_one_line_per_step(finished, capsys):
     folder, _ = finished
     assert main(["enjoy", str(folder / "best_model"), *ENV[2:], "--seed", "3"]) == 0
     head, names, *steps, end = capsys.readouterr().out.splitlines()
@@ -104,7 +98,7 @@ def test_enjoy_prints_one_line_per_step(finished: tuple[Path, str], capsys: Capt
 
 
 @pytest.mark.long
-def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
+def test_sigterm_says_how_to_go_on_and_that_works(tmp_path):
     words = ["train", *ENV, *SMALL, "--total_timesteps", "1e7", "--log_dir", str(tmp_path)]
     command = [sys.executable, "-m", "agents", *words]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
@@ -127,10 +121,10 @@ def test_sigterm_says_how_to_go_on_and_that_works(tmp_path: Path) -> None:
     process.communicate()
 
 
-def test_without_a_word_the_flagship_is_trained_for_a_short_time(monkeypatch: Patch) -> None:
-    seen: list[Namespace] = []
+def test_without_a_word_the_flagship_is_trained_for_a_short_time(monkeypatch):
+    seen = []
 
-    def train(options: Namespace) -> int:
+    def train(options):
         seen.append(options)
         return 0
 
@@ -159,9 +153,7 @@ def test_without_a_word_the_flagship_is_trained_for_a_short_time(monkeypatch: Pa
         ("--env_id BallGrid --seed 7", {"seed": 7}),
     ],
 )
-def test_an_environment_is_trained_with_its_own_recipe(
-    words: str, entries: dict[str, object], capsys: Capture
-) -> None:
+def test_an_environment_is_trained_with_its_own_recipe(words, entries, capsys):
     assert main(["train", *shlex.split(words), "--print-config"]) == 0
     shown = yaml.safe_load(capsys.readouterr().out)
     assert {key: shown[key] for key in entries} == entries
@@ -185,9 +177,7 @@ def test_an_environment_is_trained_with_its_own_recipe(
         ("benchmark --steps 0", 2, r"config\.total_timesteps: total_timesteps = 0; expected"),
     ],
 )
-def test_a_mistake_is_answered_in_one_line(
-    words: str, status: int, message: str, tmp_path: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_a_mistake_is_answered_in_one_line(words, status, message, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(words.split()) == status
     said = capsys.readouterr().err
@@ -195,9 +185,7 @@ def test_a_mistake_is_answered_in_one_line(
     assert list(tmp_path.rglob("config.yaml")) == []
 
 
-def test_the_config_is_printed_and_nothing_is_made(
-    tmp_path: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_the_config_is_printed_and_nothing_is_made(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["train", "--print-config", "--seed", "7", "--env_kwargs.dt", "1e-2"]) == 0
     printed = capsys.readouterr().out
@@ -209,7 +197,7 @@ def test_the_config_is_printed_and_nothing_is_made(
 
 
 @pytest.mark.parametrize("verb", [[], ["train"], ["evaluate"], ["enjoy"], ["benchmark"]], ids=str)
-def test_help_is_there(verb: list[str], capsys: Capture) -> None:
+def test_help_is_there(verb, capsys):
     with pytest.raises(SystemExit) as stop:
         main([*verb, "--help"])
     assert stop.value.code == 0

@@ -8,7 +8,6 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Callable
 from itertools import product
 from pathlib import Path
 
@@ -22,7 +21,6 @@ from agents.training.trainer import Trainer, train
 from rigid_envs.engine.compiler import cache_directory
 from rigid_envs.scores.trained import file_of
 from tests.agents.sessions import SMALL, begun, small
-from tests.fixtures import Capture, Patch
 from tests.paths import NOT_A_FILE, NOT_A_FOLDER, PATHS
 from tests.programs import printed
 
@@ -51,8 +49,8 @@ CASES = [*product(READ, NOT_A_FILE), *product(WRITTEN, NOT_A_FOLDER)]
     ("words", "kind"), CASES, ids=[f"{' '.join(words)}-{kind}" for words, kind in CASES]
 )
 def test_what_is_not_what_it_should_be_is_named_in_one_line_and_left_as_it_is(
-    tmp_path: Path, capsys: Capture, words: list[str], kind: str
-) -> None:
+    tmp_path, capsys, words, kind
+):
     path = PATHS[kind](tmp_path)
     before = path.read_bytes() if path.is_file() else None
     said = refused([str(path) if word == "PATH" else word for word in words], capsys)
@@ -60,7 +58,7 @@ def test_what_is_not_what_it_should_be_is_named_in_one_line_and_left_as_it_is(
     assert before is None or path.read_bytes() == before
 
 
-def refused(words: list[str], capsys: Capture) -> str:
+def refused(words, capsys):
     """What a command says that is refused, in one line."""
     capsys.readouterr()
     assert main(words) in (1, 2)
@@ -70,30 +68,28 @@ def refused(words: list[str], capsys: Capture) -> str:
 
 
 @pytest.fixture(scope="module")
-def complete(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def complete(tmp_path_factory):
     config = small(tmp_path_factory.mktemp("logs"), total_timesteps=1024)
     return train(config, quiet=True).folder
 
 
 @pytest.mark.parametrize("verb", ["evaluate", "enjoy"])
 @pytest.mark.parametrize("which", ["best", "last"])
-def test_a_run_without_a_policy_yet_says_when_there_is_one(
-    tmp_path: Path, capsys: Capture, verb: str, which: str
-) -> None:
+def test_a_run_without_a_policy_yet_says_when_there_is_one(tmp_path, capsys, verb, which):
     run = begun(small(tmp_path))
     said = refused([verb, str(run.folder), "--which", which], capsys)
     assert f"{run.folder}: no {which} policy yet" in said and f"--resume {run.folder}" in said
 
 
-def garbage(path: Path) -> None:
+def garbage(path):
     path.write_bytes(np.random.default_rng(0).bytes(300))
 
 
-def emptied(path: Path) -> None:
+def emptied(path):
     path.write_bytes(b"")
 
 
-def swapped(path: Path) -> None:
+def swapped(path):
     """A folder for a file, a file for a folder."""
     if path.is_dir():
         shutil.rmtree(path)
@@ -107,7 +103,7 @@ POLICY, RESUME = "best_model/policy.safetensors", "train --quiet --resume"
 SPOILS = (garbage, emptied, swapped)
 NAMES = ("best_model", "checkpoints/000000000001024.safetensors", "last_model", "tensorboard",
          "progress.csv")  # fmt: skip
-RUIN: list[tuple[str, Callable[[Path], None], list[str]]] = [
+RUIN = [
     *((POLICY, ruin, ["evaluate", "enjoy", RESUME]) for ruin in (*SPOILS, Path.unlink)),
     *(("config.yaml", ruin, ["publish", "train --resume"]) for ruin in SPOILS),
     *(("evaluations.npz", ruin, [RESUME]) for ruin in (*SPOILS, Path.unlink)),
@@ -119,21 +115,14 @@ RUIN: list[tuple[str, Callable[[Path], None], list[str]]] = [
 @pytest.mark.parametrize(
     ("name", "ruin", "verb"), [(name, ruin, verb) for name, ruin, verbs in RUIN for verb in verbs]
 )
-def test_a_spoilt_file_of_a_run_is_named_in_one_line(
-    complete: Path,
-    tmp_path: Path,
-    capsys: Capture,
-    name: str,
-    ruin: Callable[[Path], None],
-    verb: str,
-) -> None:
+def test_a_spoilt_file_of_a_run_is_named_in_one_line(complete, tmp_path, capsys, name, ruin, verb):
     run = Path(shutil.copytree(complete, tmp_path / "run"))
     ruin(run / name)
     said = refused([*verb.split(), str(run)], capsys)
     assert str(run / name) in said or (name == "config.yaml" and f"{run}: no run here" in said)
 
 
-def train_in(folder: Path) -> list[str]:
+def train_in(folder):
     """The words of a small training."""
     words = [word for key, value in SMALL.items() for word in (f"--{key}", str(value))]
     return ["train", *words, "--log_dir", str(folder), "--run_name", "r", "--quiet"]
@@ -141,12 +130,10 @@ def train_in(folder: Path) -> list[str]:
 
 # The thread of TensorBoard has a file of its own in there, and a word of its own to say.
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
-def test_a_run_folder_that_is_deleted_while_it_is_trained_ends_it(
-    tmp_path: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_a_run_folder_that_is_deleted_while_it_is_trained_ends_it(tmp_path, monkeypatch, capsys):
     made = []
 
-    def iterate(self: Trainer) -> None:
+    def iterate(self):
         made.append(self)
         if len(made) == 4:
             shutil.rmtree(tmp_path / "ppo" / "r")
@@ -161,9 +148,9 @@ def test_a_run_folder_that_is_deleted_while_it_is_trained_ends_it(
 @pytest.mark.parametrize("code", [errno.EACCES, errno.EROFS, errno.ENOSPC, errno.EIO])
 @pytest.mark.parametrize("name", ["checkpoints", "last_model", "best_model"])
 def test_what_may_not_be_written_ends_a_training_in_one_line(
-    tmp_path: Path, monkeypatch: Patch, capsys: Capture, name: str, code: int
-) -> None:
-    def replace(old: Path, new: Path) -> None:
+    tmp_path, monkeypatch, capsys, name, code
+):
+    def replace(old, new):
         if new.parent.name == name:
             raise OSError(code, os.strerror(code), str(new))
         rename(old, new)
@@ -176,14 +163,12 @@ def test_what_may_not_be_written_ends_a_training_in_one_line(
 
 
 @pytest.mark.parametrize("words", [["train", "--config"], ["evaluate"], ["train", "--resume"]])
-def test_what_may_not_be_read_is_named_in_one_line(
-    complete: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture, words: list[str]
-) -> None:
+def test_what_may_not_be_read_is_named_in_one_line(complete, tmp_path, monkeypatch, capsys, words):
     run = Path(shutil.copytree(complete, tmp_path / "run"))
     name = {"evaluate": POLICY}.get(words[0], "config.yaml")
     path = run / name if "--config" in words else run
 
-    def read(self: Path) -> bytes:
+    def read(self):
         if self == run / name:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(self))
         return original(self)
@@ -193,8 +178,8 @@ def test_what_may_not_be_read_is_named_in_one_line(
     assert str(run / name) in refused([*words, str(path)], capsys)
 
 
-def test_a_bug_is_not_dressed_up_as_a_mistake(complete: Path, monkeypatch: Patch) -> None:
-    def broken(*_: object) -> None:
+def test_a_bug_is_not_dressed_up_as_a_mistake(complete, monkeypatch):
+    def broken(*_):
         raise KeyError("a bug")
 
     monkeypatch.setattr(trainer_module, "sweep", broken)
@@ -202,7 +187,7 @@ def test_a_bug_is_not_dressed_up_as_a_mistake(complete: Path, monkeypatch: Patch
         main(["train", "--resume", str(complete), "--quiet"])
 
 
-def test_the_name_of_a_file_cannot_steer_the_terminal(tmp_path: Path, capsys: Capture) -> None:
+def test_the_name_of_a_file_cannot_steer_the_terminal(tmp_path, capsys):
     (tmp_path / "\x1b[2J\r.json").touch()
     assert "\\x1b[2J\\r.json" in refused(["leaderboard", str(tmp_path)], capsys)
 

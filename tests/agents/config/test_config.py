@@ -1,9 +1,7 @@
 """A config is refused at once, by key, with what would be right; a good one never."""
 
 import math
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import pytest
 from hypothesis import example, given, settings
@@ -38,7 +36,7 @@ KEYWORDS = dict.fromkeys(
 NO_SHARE = [-0.1, 1.1, math.nan, -math.inf, "x", True, None, [0.9]]
 NO_WEIGHT = [-1, math.nan, math.inf, "x", True, None, [1]]
 NO_FACTOR = [0, *NO_WEIGHT]
-ALL: dict[str, Sequence[Any]] = {
+ALL = {
     **COUNTS,
     **FLAGS,
     **KEYWORDS,
@@ -56,7 +54,7 @@ ALL: dict[str, Sequence[Any]] = {
     "log_dir": ["", 3, None],
     "run_name": ["", "a/b", "..", "a b", "x" * 81, 3, True, "é"],
 }
-PPO: dict[str, Sequence[Any]] = {
+PPO = {
     **dict.fromkeys(("n_steps", "n_epochs"), COUNTS["n_envs"]),
     "batch_size": [1, 3, 10**9, None, True, 2.5],
     "gae_lambda": NO_SHARE,
@@ -67,7 +65,7 @@ PPO: dict[str, Sequence[Any]] = {
     "log_std_init": [3, -21, None, True, math.nan],
     "action_std": [[0.5], [0.0, 0.1], [0.5, 0.1, 0.1], [1.0, math.nan], 0.5, True, "x"],
 }
-OFF_POLICY: dict[str, Sequence[Any]] = {
+OFF_POLICY = {
     **dict.fromkeys(("buffer_size", "train_freq", "gradient_steps", "log_every"), COUNTS["n_envs"]),
     "learning_starts": [-1, None, 0.5, math.inf],
     "batch_size": [1, None, True, 2.5],
@@ -87,7 +85,7 @@ BY_ALGORITHM = {"ppo": PPO, "sac": SAC, "tqc": TQC, "dqn": DQN}
 
 
 @pytest.mark.parametrize("algo", ALGORITHMS)
-def test_every_entry_is_tried(algo: str) -> None:
+def test_every_entry_is_tried(algo):
     known = config_to_dict(config_from({"algo": algo})).keys()
     assert ALL.keys() | BY_ALGORITHM[algo].keys() == known
 
@@ -101,9 +99,7 @@ def test_every_entry_is_tried(algo: str) -> None:
         for value in bad
     ],
 )
-def test_a_bad_value_is_refused_by_key_with_what_is_expected(
-    algo: str, key: str, value: Any
-) -> None:
+def test_a_bad_value_is_refused_by_key_with_what_is_expected(algo, key, value):
     with pytest.raises(ValueError, match=rf"^config\.{key}: {key} = .*; expected "):
         config_from({"algo": algo, key: value})
 
@@ -116,10 +112,8 @@ def test_a_bad_value_is_refused_by_key_with_what_is_expected(
         ({"n_envs": 7, "train_freq": 3, "log_every": 1}, 1, 21),
     ],
 )
-def test_an_update_is_the_least_number_of_whole_rounds(
-    values: dict[str, Any], rounds: int, steps: int
-) -> None:
-    config: Any = config_from({"algo": "sac", **values})
+def test_an_update_is_the_least_number_of_whole_rounds(values, rounds, steps):
+    config = config_from({"algo": "sac", **values})
     assert (config.rounds, config.steps_per_update) == (rounds, steps)
 
 
@@ -163,15 +157,15 @@ def test_an_update_is_the_least_number_of_whole_rounds(
     ],
 )
 def test_what_an_algorithm_cannot_learn_from_is_refused_before_the_run_begins(
-    tmp_path: Path, name: str, values: dict[str, Any], message: str
-) -> None:
+    tmp_path, name, values, message
+):
     config = config_from({"env_id": f"RigidEnvs/{name}-v0", "log_dir": str(tmp_path), **values})
     with pytest.raises(ConfigError, match=rf"^config\.{message}"):
         train(config, quiet=True)
     assert not [*tmp_path.glob("*/*")]
 
 
-def test_without_goals_the_memory_need_not_hold_episodes() -> None:
+def test_without_goals_the_memory_need_not_hold_episodes():
     entries = {"algo": "sac", "n_envs": 8, "buffer_size": 8, "env_kwargs": {"frame": "reduced"}}
     config = config_from({"env_id": "RigidEnvs/BallParkGoal-v0", **entries})
     check_fit(config, make(config.env_id, config.env_kwargs, 8))
@@ -186,9 +180,7 @@ def test_without_goals_the_memory_need_not_hold_episodes() -> None:
         ("sac", "n_epochs", ""),
     ],
 )
-def test_a_key_that_is_unknown_is_answered_with_the_right_one(
-    algo: str, key: str, hint: str
-) -> None:
+def test_a_key_that_is_unknown_is_answered_with_the_right_one(algo, key, hint):
     with pytest.raises(ValueError, match=rf"^config\.{key}: unknown key; {hint}"):
         config_from({"algo": algo, key: 1})
 
@@ -217,12 +209,12 @@ fine = st.fixed_dictionaries(
 @settings(max_examples=300, deadline=None)
 @given(fine)
 @example({"run_name": "0E0"})  # a text that reads like a number
-def test_a_good_config_is_accepted_and_survives_its_own_yaml(values: dict[str, Any]) -> None:
+def test_a_good_config_is_accepted_and_survives_its_own_yaml(values):
     config = config_from(values)
     assert config_from(parse_yaml(dump_yaml(config_to_dict(config)))) == config
 
 
-def test_batches_must_divide_the_samples() -> None:
+def test_batches_must_divide_the_samples():
     why = r"^config\.batch_size: batch_size = 3000; expected a divisor of .* = 16384"
     with pytest.raises(ValueError, match=why):
         config_from({"batch_size": 3000})
@@ -250,7 +242,7 @@ def test_batches_must_divide_the_samples() -> None:
         ("['1', \"true\", !!str 1, !!float 1, !!int '7']", ["1", "true", "1", 1.0, 7]),
     ],
 )
-def test_scalars_are_those_of_the_core_schema_of_yaml_1_2(text: str, value: Any) -> None:
+def test_scalars_are_those_of_the_core_schema_of_yaml_1_2(text, value):
     found = parse_yaml(text)
     assert repr(found) == repr(value)
     if isinstance(found, list):
@@ -282,14 +274,14 @@ def test_scalars_are_those_of_the_core_schema_of_yaml_1_2(text: str, value: Any)
         ("x: " + "1" * 70_000, "at most 65536"),
     ],
 )
-def test_yaml_that_is_not_plain_data_is_refused(tmp_path: Path, text: str, why: str) -> None:
+def test_yaml_that_is_not_plain_data_is_refused(tmp_path, text, why):
     file = tmp_path / "bad.yaml"
     file.write_text(text)
     with pytest.raises(ValueError, match=rf"bad\.yaml: (?s:.*){why}"):
         read_yaml(file)
 
 
-def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path: Path) -> None:
+def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path):
     file = tmp_path / "a.yaml"
     file.write_text("seed: 3\ngamma: 0.5\nenv_kwargs: {dt: 0.1, rotation: quat}\n")
     rest = ["--env_kwargs.dt", "2e-1", "--env_kwargs.goal=3"]
@@ -304,7 +296,7 @@ def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path: Path)
 
 
 @pytest.mark.parametrize("text", ["a=b=c", "a=", "--x=1", "{a: 'b=c'}", "1"])
-def test_a_value_of_the_task_is_all_that_stands_behind_its_name(text: str) -> None:
+def test_a_value_of_the_task_is_all_that_stands_behind_its_name(text):
     """Whatever is in it: the first "=" of a word that begins with a name is the only one."""
     more = "--env_kwargs.more"
     for rest in (["--env_kwargs.x", text, more, "2"], [f"--env_kwargs.x={text}", f"{more}=2"]):
@@ -312,7 +304,7 @@ def test_a_value_of_the_task_is_all_that_stands_behind_its_name(text: str) -> No
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
-def test_a_shipped_config_is_accepted_and_so_is_its_environment(path: Path) -> None:
+def test_a_shipped_config_is_accepted_and_so_is_its_environment(path):
     config = config_from(read_yaml(path))
     venv = make(config.env_id, config.env_kwargs, 2)
     check_fit(config, venv)
@@ -321,5 +313,5 @@ def test_a_shipped_config_is_accepted_and_so_is_its_environment(path: Path) -> N
 
 @pytest.mark.parametrize("name", ["a", "BallPark-v0_1", "x" * 80, "...a", "-"])
 @pytest.mark.parametrize("bad", ["", ".", "..", "...", "a/b", "a\\b", "a b", "x" * 81, "a\n", "é"])
-def test_a_name_that_could_leave_the_folder_is_refused(name: str, bad: str) -> None:
+def test_a_name_that_could_leave_the_folder_is_refused(name, bad):
     assert is_folder_name(name) and not is_folder_name(bad)

@@ -1,12 +1,11 @@
 """Shipped recipes: what each environment is trained with, as searches and as files of the zoo."""
 
 from pathlib import Path
-from typing import Any
 
 import pytest
 import yaml
 
-from agents.config.entries import Config, config_from
+from agents.config.entries import config_from
 from agents.config.reading import config_for, frame_of, read_yaml, recipe_for
 from agents.config.search import Search, read_search
 from agents.environments import make, part_for
@@ -18,7 +17,7 @@ BALL_PARK, REORIENT = "RigidEnvs/BallPark-v0", "RigidEnvs/Reorient-v0"
 
 
 @pytest.mark.parametrize("path", REDUCED, ids=lambda path: path.stem)
-def test_a_reduced_recipe_is_what_its_environment_is_trained_with(path: Path) -> None:
+def test_a_reduced_recipe_is_what_its_environment_is_trained_with(path):
     values = read_yaml(path)
     assert values["env_kwargs"]["frame"] == "reduced"
     assert values["algo"] == path.stem.rsplit("_", 1)[1]
@@ -39,14 +38,12 @@ def test_a_reduced_recipe_is_what_its_environment_is_trained_with(path: Path) ->
         ("SleepingTop", "sac", "reduced", ("sac", "reduced")),
     ],
 )
-def test_the_recipe_is_that_of_the_frame_and_the_algorithm(
-    env_id: str, algo: str | None, frame: str | None, expected: tuple[str, str | None]
-) -> None:
+def test_the_recipe_is_that_of_the_frame_and_the_algorithm(env_id, algo, frame, expected):
     values = recipe_for(env_id, algo, frame)
     assert (values["algo"], values.get("env_kwargs", {}).get("frame")) == expected
 
 
-def test_an_algorithm_without_a_config_has_the_rewards_and_the_period_of_another_one() -> None:
+def test_an_algorithm_without_a_config_has_the_rewards_and_the_period_of_another_one():
     ppo, sac = (recipe_for("SleepingTop", algo, "reduced") for algo in ("ppo", "sac"))
     for key in ("env_id", "env_kwargs", "train_kwargs", "cost_price", "success_bonus"):
         assert sac[key] == ppo[key]
@@ -64,9 +61,7 @@ def test_an_algorithm_without_a_config_has_the_rewards_and_the_period_of_another
         ("RigidEnvs/BallGrid-v0", "world", "dqn"),
     ],
 )
-def test_hindsight_is_for_goals_in_the_frame_of_the_world(
-    env_id: str, frame: str | None, algo: str
-) -> None:
+def test_hindsight_is_for_goals_in_the_frame_of_the_world(env_id, frame, algo):
     assert recipe_for(env_id, None, frame)["algo"] == algo
 
 
@@ -82,19 +77,17 @@ def test_hindsight_is_for_goals_in_the_frame_of_the_world(
         ({"env_kwargs": 3}, {}, "world"),  # refused where the config is made
     ],
 )
-def test_what_is_said_of_the_frame_chooses_the_recipe(
-    entries: dict[str, Any], keywords: dict[str, Any], frame: str | None
-) -> None:
+def test_what_is_said_of_the_frame_chooses_the_recipe(entries, keywords, frame):
     assert frame_of(entries, keywords) == frame
 
 
-def test_a_config_has_the_recipe_of_its_own_frame() -> None:
+def test_a_config_has_the_recipe_of_its_own_frame():
     assert config_for(BALL_PARK, {}).env_kwargs == {"frame": "reduced"}
     config = config_for(BALL_PARK, {"env_kwargs": {"radius": 1.0}})
     assert config.total_timesteps == recipe_for(BALL_PARK, None, "world")["total_timesteps"]
 
 
-RECIPE: dict[str, Any] = {
+RECIPE = {
     "env_id": "BallPark",
     "learning_rate": [{"low": 1e-4, "high": 1e-2, "log": True}, 1e-5],
     "gamma": {"choices": [0.99, 0.995]},
@@ -103,7 +96,7 @@ RECIPE: dict[str, Any] = {
 }
 
 
-def test_any_value_of_a_recipe_may_be_a_range() -> None:
+def test_any_value_of_a_recipe_may_be_a_range():
     search = Search(recipe=RECIPE)
     assert search.ranges() == {
         "learning_rate.0": RECIPE["learning_rate"][0],
@@ -112,7 +105,7 @@ def test_any_value_of_a_recipe_may_be_a_range() -> None:
         "n_epochs": RECIPE["n_epochs"],
     }
     values = {"learning_rate.0": 2e-3, "gamma": 0.995, "train_kwargs.dt": 0.2, "n_epochs": 7}
-    config: Any = search.config(values, seed=4)
+    config = search.config(values, seed=4)
     assert (config.env_id, config.seed) == ("RigidEnvs/BallPark-v0", 4)
     assert (config.learning_rate, config.gamma) == ((2e-3, 1e-5), 0.995)
     assert (config.train_kwargs, config.n_epochs) == ({"dt": 0.2}, 7)
@@ -134,17 +127,17 @@ def test_any_value_of_a_recipe_may_be_a_range() -> None:
         ({"recipe": RECIPE, "trials": 0}, "trials = 0; expected"),
     ],
 )
-def test_a_search_that_cannot_be_is_refused(entries: dict[str, Any], words: str) -> None:
+def test_a_search_that_cannot_be_is_refused(entries, words):
     with pytest.raises(ConfigError, match=words):
         Search(**entries)
 
 
-def test_the_shipped_search_is_one() -> None:
+def test_the_shipped_search_is_one():
     for path in (Path(__file__).parents[3] / "configs" / "searches").glob("*.yaml"):
         assert read_search(path).ranges()
 
 
-def test_a_mistake_in_a_file_names_the_file(tmp_path: Path) -> None:
+def test_a_mistake_in_a_file_names_the_file(tmp_path):
     (tmp_path / "a.yaml").write_text("trails: 3\n")
     with pytest.raises(ConfigError, match=r"a\.yaml: config\.trails: unknown key; did you mean"):
         read_search(tmp_path / "a.yaml")
@@ -160,7 +153,7 @@ FILES = {algo: (FOLDER / f"{algo}.yml").read_text(encoding="utf-8") for algo in 
 ENTRIES = [(algo, env_id) for algo, text in FILES.items() for env_id in yaml.safe_load(text)]
 
 
-def left_out(algo: str, env_id: str) -> dict[str, Any]:
+def left_out(algo, env_id):
     """What the comment above an entry says."""
     lines = FILES[algo].splitlines()
     above = lines[lines.index(f"{env_id}:") - 1]
@@ -168,7 +161,7 @@ def left_out(algo: str, env_id: str) -> dict[str, Any]:
     return {key: yaml.safe_load(value) for key, _, value in (each.partition(": ") for each in said)}
 
 
-def told(config: Config) -> dict[str, Any]:
+def told(config):
     """The entry of a config."""
     venv = make(config.env_id, config.env_kwargs, 1)
     alone = part_for(config.env_kwargs, venv.single_observation_space) is not None
@@ -190,7 +183,7 @@ def told(config: Config) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(("algo", "env_id"), ENTRIES)
-def test_an_entry_is_the_shipped_config_but_for_what_is_named(algo: str, env_id: str) -> None:
+def test_an_entry_is_the_shipped_config_but_for_what_is_named(algo, env_id):
     entry = yaml.safe_load(FILES[algo])[env_id]
     frame = entry.get("env_kwargs", {}).get("frame", "world")
     recipe, unsaid = recipe_for(env_id, algo, frame), left_out(algo, env_id)
@@ -199,7 +192,7 @@ def test_an_entry_is_the_shipped_config_but_for_what_is_named(algo: str, env_id:
     # hyperparameters in training go with the pay that they belong to
     paid = unsaid.keys() & set(UNSAID[:2]) and recipe.get("train_kwargs")
     assert ("train_kwargs" in unsaid) == bool(paid)
-    config: Any = config_from({key: recipe[key] for key in recipe if key not in unsaid})
+    config = config_from({key: recipe[key] for key in recipe if key not in unsaid})
     policy = entry.pop("policy_kwargs")
     assert entry == told(config)
     assert f"net_arch={list(config.net_arch)}" in policy
@@ -207,6 +200,6 @@ def test_an_entry_is_the_shipped_config_but_for_what_is_named(algo: str, env_id:
     assert algo != "ppo" or f"log_std_init={config.log_std_init}," in policy
 
 
-def test_ppo_has_hyperparameters_for_every_id() -> None:
+def test_ppo_has_hyperparameters_for_every_id():
     ours = [env_id for env_id in ENVIRONMENTS if env_id.startswith("RigidEnvs/")]
     assert list(yaml.safe_load(FILES["ppo"])) == ours

@@ -3,10 +3,8 @@
 import csv
 import json
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,25 +17,24 @@ from agents.evaluation.reports import evaluate, table, write_report
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.evaluation import published_record
 from rigid_envs.scores.policies import RandomPolicy
-from rigid_envs.scores.records import Record, evaluation_of, read_record, record_file, write_record
+from rigid_envs.scores.records import evaluation_of, read_record, record_file, write_record
 from rigid_envs.scores.starts import FLOOR, play, row_seeds
 from rigid_envs.scores.trained import FOLDER, published
 from tests.agents.drift import Drift
-from tests.fixtures import Capture
 
 
 class Homing:
     """Straight to the origin."""
 
-    def predict(self, observation: Any, *, deterministic: bool = True) -> tuple[Any, None]:
+    def predict(self, observation, *, deterministic=True):
         return np.clip(-3 * observation, -1, 1).astype(np.float32), None
 
 
-def homing(observation: Any) -> Any:
+def homing(observation):
     return Homing().predict(observation)[0]
 
 
-def test_each_row_is_one_episode_as_if_it_were_alone() -> None:
+def test_each_row_is_one_episode_as_if_it_were_alone():
     n = 40
     seeds = row_seeds(0, n, "test")
     together = play(homing, Drift(n, noise=0.9), seeds)
@@ -47,7 +44,7 @@ def test_each_row_is_one_episode_as_if_it_were_alone() -> None:
         assert alone(seed) == tuple(column[k] for column in columns)
 
 
-def alone(seed: int) -> tuple[float, int, bool, float]:
+def alone(seed):
     venv = Drift(1, noise=0.9)
     obs, _ = venv.reset(seed=[seed])
     total, cost, length, done = 0.0, 0.0, 0, False
@@ -60,7 +57,7 @@ def alone(seed: int) -> tuple[float, int, bool, float]:
     return total, length, bool(terminated[0]), cost
 
 
-def test_the_random_policy_fills_the_space_evenly() -> None:
+def test_the_random_policy_fills_the_space_evenly():
     box = RandomPolicy(Drift(1).single_action_space, np.random.default_rng(0))
     actions, _ = box.predict(np.zeros((10_000, 2)))
     assert actions.dtype == np.float32 and actions.shape == (10_000, 2)
@@ -69,7 +66,7 @@ def test_the_random_policy_fills_the_space_evenly() -> None:
     np.testing.assert_allclose(actions.var(axis=0), 1 / 3, atol=5 * math.sqrt(4 / 45 / 10_000))
 
 
-def test_seeds_of_100_runs_and_all_purposes_are_distinct() -> None:
+def test_seeds_of_100_runs_and_all_purposes_are_distinct():
     runs = [*range(100), 2**32, 2**32 + 1, 2**40 + 7, np.int64(5000)]
     seeds = [s for run in runs for s in row_seeds(run, 64, "train")]
     for purpose in ("validation", "test", "random policy", "learner"):
@@ -78,7 +75,7 @@ def test_seeds_of_100_runs_and_all_purposes_are_distinct() -> None:
     assert all(type(s) is int and 0 <= s < 2**63 for s in seeds)
 
 
-def test_an_evaluation_repeats_another_seed_differs_and_no_global_stream_is_touched() -> None:
+def test_an_evaluation_repeats_another_seed_differs_and_no_global_stream_is_touched():
     before = np.random.get_state()[1].copy()  # noqa: NPY002
     for policy in (Homing(), None):
         one, two = (evaluate(policy, "Drift-v0", 50, seed=1).values["return"] for _ in range(2))
@@ -88,7 +85,7 @@ def test_an_evaluation_repeats_another_seed_differs_and_no_global_stream_is_touc
     np.testing.assert_array_equal(np.random.get_state()[1], before)  # noqa: NPY002
 
 
-def test_figures_are_in_the_table_and_can_be_recomputed_from_the_episodes(tmp_path: Path) -> None:
+def test_figures_are_in_the_table_and_can_be_recomputed_from_the_episodes(tmp_path):
     found = evaluate(Homing(), "Drift-v0", 30, 0)
     figures = found.row() | {"random_policy": evaluate(None, "Drift-v0", 30, 0).summary()}
     lines = table(figures).splitlines()
@@ -110,7 +107,7 @@ IDS = ("RigidEnvs/BallPark-v0", "RigidEnvs/SpinCapture-v0")
 MEND = "write it anew: python -m agents baselines docs/baselines"
 
 
-def records(seeds: int) -> Iterator[Record]:
+def records(seeds):
     """Of two policies on two ids: one costs twice the best known, one fails from half the starts.
 
     The k-th seed of the first fails from the first k starts.
@@ -127,19 +124,19 @@ def records(seeds: int) -> Iterator[Record]:
             yield replace(half, successes=index >= 250)
 
 
-def page(folder: Path, seeds: int) -> list[str]:
+def page(folder, seeds):
     for each in records(seeds):
         file = record_file(folder, each.env_id, each.algo, each.frame, each.seed)
         write_record(file, each)
     return markdown(grouped(folder), "figures").splitlines()
 
 
-def cells(lines: list[str], *start: str) -> list[str]:
+def cells(lines, *start):
     (line,) = [each for each in lines if each.startswith(f"| {' | '.join(start)} |")]
     return [cell.strip() for cell in line.split("|")[1:-1]]
 
 
-def test_means_and_intervals_are_those_of_the_seeds(tmp_path: Path) -> None:
+def test_means_and_intervals_are_those_of_the_seeds(tmp_path):
     lines = page(tmp_path, 3)
     row = cells(lines, "`BallPark`", "ppo")
     assert row[2:4] == ["3", "99.8 %"]  # of 100, 99.8 and 99.6
@@ -151,13 +148,13 @@ def test_means_and_intervals_are_those_of_the_seeds(tmp_path: Path) -> None:
     assert cells(lines, "sac", "ppo")[3] == "83 %"  # 0.5 against 0.5, 0.499 and 0.498
 
 
-def test_one_seed_has_no_interval(tmp_path: Path) -> None:
+def test_one_seed_has_no_interval(tmp_path):
     lines = page(tmp_path, 1)
     row = cells(lines, "`BallPark`", "sac")
     assert (row[2], row[4], row[6]) == ("1", "-", "-")
 
 
-def test_environments_with_one_seed_have_their_weight_and_no_interval(tmp_path: Path) -> None:
+def test_environments_with_one_seed_have_their_weight_and_no_interval(tmp_path):
     page(tmp_path, 3)
     for seed in (1, 2):
         record_file(tmp_path, IDS[0], "ppo", "world", seed).unlink()
@@ -168,7 +165,7 @@ def test_environments_with_one_seed_have_their_weight_and_no_interval(tmp_path: 
 
 
 @pytest.mark.parametrize("seeds", [1, 2])
-def test_page_and_figures_are_written(tmp_path: Path, seeds: int) -> None:
+def test_page_and_figures_are_written(tmp_path, seeds):
     folder = tmp_path / "baselines"
     lines = page(folder, seeds)
     assert main(["baselines", str(folder)]) == 0
@@ -185,14 +182,14 @@ def test_page_and_figures_are_written(tmp_path: Path, seeds: int) -> None:
     assert figures == names and all(f"(baselines/{name}.png)" in text for name in names)
 
 
-def test_a_folder_without_records_is_refused(tmp_path: Path, capsys: Capture) -> None:
+def test_a_folder_without_records_is_refused(tmp_path, capsys):
     assert main(["baselines", str(tmp_path)]) == 2
     assert "expected records of `python -m agents benchmark`" in capsys.readouterr().err
 
 
 @pytest.mark.long
 @pytest.mark.push
-def test_the_page_of_the_repository_is_that_of_its_records() -> None:
+def test_the_page_of_the_repository_is_that_of_its_records():
     groups = grouped(DOCS / "baselines")
     assert (DOCS / "baselines.md").read_text() == markdown(groups, "baselines"), MEND
     assert {path.stem for path in (DOCS / "baselines").glob("*.png")} == set(figures_of(groups)), (
@@ -203,7 +200,7 @@ def test_the_page_of_the_repository_is_that_of_its_records() -> None:
             assert image.info["Description"] == digest_of(groups), f"{name}.png: {MEND}"
 
 
-def test_the_page_of_the_ablations_is_that_of_their_records() -> None:
+def test_the_page_of_the_ablations_is_that_of_their_records():
     name, rows = "", 0
     for line in (DOCS / "ablations.md").read_text(encoding="utf-8").splitlines():
         name = line[3:].partition(",")[0] if line.startswith("## ") else name
@@ -221,7 +218,7 @@ def test_the_page_of_the_ablations_is_that_of_their_records() -> None:
     assert rows == 15
 
 
-def test_baselines_and_policies_take_15_megabytes_at_most() -> None:
+def test_baselines_and_policies_take_15_megabytes_at_most():
     folders = (DOCS / "baselines", FOLDER)
     sizes = [path.stat().st_size for folder in folders for path in folder.rglob("*.*")]
     assert sum(sizes) <= 15e6

@@ -5,7 +5,6 @@ import re
 import sys
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from agents.evaluation import showing as short_film
 from agents.evaluation.showing import try_film
 from rigid_envs import load
 from rigid_envs.scores.starts import TEST_SEED
-from tests.fixtures import Capture, Patch
 from tests.programs import python
 
 pytestmark = pytest.mark.long
@@ -29,7 +27,7 @@ TRAIN = ["train", *SMALL.split()]
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def run(tmp_path_factory):
     logs = tmp_path_factory.mktemp("logs")
     words = [*TRAIN, "--total_timesteps", "512"]
     with pytest.MonkeyPatch.context() as patch:
@@ -40,20 +38,20 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(autouse=True)
-def no_display(monkeypatch: Patch) -> None:
+def no_display(monkeypatch):
     for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("sys.platform", "linux")
 
 
-def read(path: Path) -> tuple[dict[str, Any], int]:
+def read(path):
     reader = imageio_ffmpeg.read_frames(str(path))
     meta = next(reader)
     return meta, sum(1 for _ in reader)
 
 
 @pytest.mark.push
-def test_training_leaves_a_film_of_its_policy(run: Path) -> None:
+def test_training_leaves_a_film_of_its_policy(run):
     meta, n = read(run / "film.mp4")
     assert meta["codec"] == "h264" and n > 20
     steps = int((run / "episodes.csv").read_text().splitlines()[1].split(",")[3])
@@ -62,9 +60,9 @@ def test_training_leaves_a_film_of_its_policy(run: Path) -> None:
 
 
 def test_training_ends_with_the_path_of_the_film_and_shows_no_progress_where_it_is_quiet(
-    tmp_path: Path, capsys: Capture, monkeypatch: Patch
-) -> None:
-    told: list[str] = []
+    tmp_path, capsys, monkeypatch
+):
+    told = []
     monkeypatch.setattr("agents.evaluation.reports.tell", told.append)
     words = [*TRAIN, "--total_timesteps", "128"]
     assert main([*words, "--env_id", "RigidEnvs/RollPump-v0", "--log_dir", str(tmp_path)]) == 0
@@ -73,12 +71,12 @@ def test_training_ends_with_the_path_of_the_film_and_shows_no_progress_where_it_
     assert found is not None and (Path(found[1]) / found[2]).is_file() and not told
 
 
-def test_a_film_costs_at_most_its_time(run: Path, tmp_path: Path, monkeypatch: Patch) -> None:
+def test_a_film_costs_at_most_its_time(run, tmp_path, monkeypatch):
     from rigid_envs.watch.drawing import Drawing
 
     draw, clock = Drawing.picture, [0.0]
 
-    def slow(self: Drawing, *given: Any) -> Any:
+    def slow(self, *given):
         clock[0] += 0.05
         return draw(self, *given)
 
@@ -90,7 +88,7 @@ def test_a_film_costs_at_most_its_time(run: Path, tmp_path: Path, monkeypatch: P
     assert path is not None and read(path)[1] > 3
 
 
-def test_a_film_changes_no_result(run: Path) -> None:
+def test_a_film_changes_no_result(run):
     names = ("results.json", "episodes.csv", "progress.csv")
     before = [(run / name).read_bytes() for name in names]
     state = np.random.get_state()[1].tobytes()  # type: ignore[index, union-attr] # noqa: NPY002
@@ -100,7 +98,7 @@ def test_a_film_changes_no_result(run: Path) -> None:
     assert "film" not in json.loads((run / "results.json").read_text())
 
 
-def test_without_the_extra_training_says_so_in_a_line_and_ends_well(tmp_path: Path) -> None:
+def test_without_the_extra_training_says_so_in_a_line_and_ends_well(tmp_path):
     code = """
 import sys
 for name in ("imageio_ffmpeg", "moviepy", "panda3d", "pygame"):
@@ -117,10 +115,8 @@ sys.exit(main(sys.argv[1:]))
     assert (run / "results.json").exists() and not (run / "film.mp4").exists()
 
 
-def test_whatever_fails_does_not_fail_the_training(
-    run: Path, tmp_path: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
-    def broken(*_: Any, **__: Any) -> None:
+def test_whatever_fails_does_not_fail_the_training(run, tmp_path, monkeypatch, capsys):
+    def broken(*_, **__):
         raise OSError("no space")
 
     monkeypatch.setattr("rigid_envs.watch.films.write_film", broken)
@@ -129,16 +125,14 @@ def test_whatever_fails_does_not_fail_the_training(
 
 
 @pytest.mark.push
-def test_enjoy_without_a_display_writes_a_film_and_says_where(run: Path, capsys: Capture) -> None:
+def test_enjoy_without_a_display_writes_a_film_and_says_where(run, capsys):
     assert main(["enjoy", str(run), "--seed", "4"]) == 0
     *table, film = capsys.readouterr().out.splitlines()
     assert "return" in table[-1] and film.startswith(f"film: {run / 'enjoy.mp4'} (")
     assert read(run / "enjoy.mp4")[0]["size"][0] == 480
 
 
-def test_enjoy_shows_policy_and_controller_side_by_side(
-    run: Path, tmp_path: Path, capsys: Capture
-) -> None:
+def test_enjoy_shows_policy_and_controller_side_by_side(run, tmp_path, capsys):
     film = tmp_path / "a.mp4"
     words = ["--against", "reference", "--video", str(film), "--seed", "4"]
     assert main(["enjoy", str(run), *words]) == 0
@@ -147,7 +141,7 @@ def test_enjoy_shows_policy_and_controller_side_by_side(
     assert "960 x" in said and film.stat().st_size > 1000
 
 
-def test_enjoy_writes_a_page_for_a_browser(run: Path, tmp_path: Path) -> None:
+def test_enjoy_writes_a_page_for_a_browser(run, tmp_path):
     page = tmp_path / "a.html"
     assert main(["enjoy", str(run), "--html", str(page), "--against", "three_rolls"]) == 0
     text = page.read_text()
@@ -155,14 +149,12 @@ def test_enjoy_writes_a_page_for_a_browser(run: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "enjoy.mp4").exists()
 
 
-def test_enjoy_opens_a_window_where_there_is_a_display(
-    run: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_enjoy_opens_a_window_where_there_is_a_display(run, monkeypatch, capsys):
     monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
     seen = []
     flip = pygame.display.flip
 
-    def counted() -> None:
+    def counted():
         flip()
         seen.append(pygame.display.get_surface().get_size())
         key = {3: pygame.K_SPACE, 5: pygame.K_r, 8: pygame.K_ESCAPE}.get(len(seen))
@@ -179,16 +171,14 @@ def test_enjoy_opens_a_window_where_there_is_a_display(
     assert not pygame.display.get_init()
 
 
-def test_enjoy_prints_only_if_asked(run: Path, capsys: Capture) -> None:
+def test_enjoy_prints_only_if_asked(run, capsys):
     (run / "enjoy.mp4").unlink(missing_ok=True)
     assert main(["enjoy", str(run), "--table"]) == 0
     assert capsys.readouterr().out.splitlines()[-1].startswith("return")
     assert not (run / "enjoy.mp4").exists()
 
 
-def test_enjoy_without_the_extra_prints_and_says_what_to_install(
-    run: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_enjoy_without_the_extra_prints_and_says_what_to_install(run, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     assert main(["enjoy", str(run)]) == 0
     said = capsys.readouterr()
@@ -207,9 +197,7 @@ def test_enjoy_without_the_extra_prints_and_says_what_to_install(
         ("--table --video a.mp4", "--table prints only; leave out --video"),
     ],
 )
-def test_a_mistake_is_refused_before_anything_is_played(
-    run: Path, words: str, message: str, capsys: Capture
-) -> None:
+def test_a_mistake_is_refused_before_anything_is_played(run, words, message, capsys):
     assert main(["enjoy", str(run), *words.split()]) == 2
     said = capsys.readouterr()
     assert re.search(message, said.err) and said.err.count("\n") == 1 and said.out == ""

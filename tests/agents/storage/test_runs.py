@@ -8,14 +8,12 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from agents.cli.command_line import main
-from agents.config.entries import Config, config_from, config_to_dict
+from agents.config.entries import config_from, config_to_dict
 from agents.config.reading import dump_yaml, parse_yaml
 from agents.storage.logs import load_newest, read_evaluations, save_newest, write_evaluations
 from agents.storage.runs import (
@@ -28,7 +26,6 @@ from agents.storage.runs import (
 )
 from rigid_envs.base.files import DamagedFileError
 from tests.agents.sessions import begun
-from tests.fixtures import Capture
 
 VALUES = {
     "learning_rate": [1e-3, 1e-4],
@@ -39,7 +36,7 @@ VALUES = {
 
 
 @pytest.fixture
-def config(tmp_path: Path) -> Config:
+def config(tmp_path):
     return config_from({**VALUES, "log_dir": str(tmp_path), "run_name": "r"})
 
 
@@ -66,7 +63,7 @@ except (RunInUseError, FileExistsError) as error:
 """
 
 
-def python(code: str, *arguments: str) -> "subprocess.Popen[str]":
+def python(code, *arguments):
     return subprocess.Popen(
         [sys.executable, "-c", code, *arguments],
         stdin=subprocess.PIPE,
@@ -75,7 +72,7 @@ def python(code: str, *arguments: str) -> "subprocess.Popen[str]":
     )
 
 
-def test_runs_are_numbered(tmp_path: Path) -> None:
+def test_runs_are_numbered(tmp_path):
     config = config_from({"log_dir": str(tmp_path), "env_id": "module:Some/Thing-v3"})
     names = [create_run(config).folder.name for _ in range(3)]
     assert names == ["Thing-v3_1", "Thing-v3_2", "Thing-v3_3"]
@@ -84,11 +81,11 @@ def test_runs_are_numbered(tmp_path: Path) -> None:
     assert create_run(config).folder.name == "Thing-v3_42"
 
 
-def test_the_config_is_kept_with_its_defaults(config: Config) -> None:
+def test_the_config_is_kept_with_its_defaults(config):
     assert find_run(begun(config).folder).config() == config
 
 
-def test_a_name_that_is_taken_needs_a_flag(config: Config) -> None:
+def test_a_name_that_is_taken_needs_a_flag(config):
     run = begun(config)
     (run / "deep").mkdir()
     (run / "deep" / "file").touch()
@@ -101,7 +98,7 @@ def test_a_name_that_is_taken_needs_a_flag(config: Config) -> None:
     assert sorted(path.name for path in again.folder.iterdir()) == ["config.yaml", "run.lock"]
 
 
-def test_a_folder_that_is_no_run_is_never_deleted(tmp_path: Path, config: Config) -> None:
+def test_a_folder_that_is_no_run_is_never_deleted(tmp_path, config):
     folder = tmp_path / "ppo" / "r"
     folder.mkdir(parents=True)
     (folder / "thesis.tex").touch()
@@ -112,7 +109,7 @@ def test_a_folder_that_is_no_run_is_never_deleted(tmp_path: Path, config: Config
         open_run(folder)
 
 
-def test_what_an_overwritten_run_links_to_stays(tmp_path: Path, config: Config) -> None:
+def test_what_an_overwritten_run_links_to_stays(tmp_path, config):
     run = begun(config)
     (tmp_path / "kept").mkdir()
     (run / "config.yaml").rename(tmp_path / "kept" / "config.yaml")
@@ -129,7 +126,7 @@ def test_what_an_overwritten_run_links_to_stays(tmp_path: Path, config: Config) 
     assert not (run / "config.yaml").is_symlink() and find_run(run.folder).config().seed == 3
 
 
-def test_a_run_is_not_overwritten_through_a_link_with_another_name(config: Config) -> None:
+def test_a_run_is_not_overwritten_through_a_link_with_another_name(config):
     run = begun(config)
     run.folder.with_name("best").symlink_to("r")
     before = {path: path.read_bytes() for path in run.folder.iterdir()}
@@ -139,7 +136,7 @@ def test_a_run_is_not_overwritten_through_a_link_with_another_name(config: Confi
     assert find_run(run.folder).config() == config
 
 
-def test_a_start_that_came_to_nothing_leaves_the_name_free(tmp_path: Path, config: Config) -> None:
+def test_a_start_that_came_to_nothing_leaves_the_name_free(tmp_path, config):
     run = create_run(config)
     run.close()  # as if killed before the run began
     again = create_run(config)
@@ -147,9 +144,7 @@ def test_a_start_that_came_to_nothing_leaves_the_name_free(tmp_path: Path, confi
     assert list((tmp_path / "ppo").iterdir()) == []
 
 
-def test_a_second_process_is_told_who_has_it_and_changes_nothing(
-    tmp_path: Path, config: Config
-) -> None:
+def test_a_second_process_is_told_who_has_it_and_changes_nothing(tmp_path, config):
     run = begun(config)
     holder = python(HOLDER, str(run.folder))
     assert holder.stdout is not None and holder.stdout.readline() == "held\n"
@@ -171,7 +166,7 @@ def test_a_second_process_is_told_who_has_it_and_changes_nothing(
 
 
 @pytest.mark.parametrize("n_tries", [1, pytest.param(50, marks=pytest.mark.long)])
-def test_of_two_starts_at_once_one_gets_the_run(tmp_path: Path, n_tries: int) -> None:
+def test_of_two_starts_at_once_one_gets_the_run(tmp_path, n_tries):
     for k in range(n_tries):
         folder = tmp_path / str(k)
         starters = [python(STARTER, str(folder)) for _ in range(2)]
@@ -188,7 +183,7 @@ def test_of_two_starts_at_once_one_gets_the_run(tmp_path: Path, n_tries: int) ->
         assert f"process {pids[winner]} on" in said[1 - winner]
 
 
-def test_a_copied_run_is_free(tmp_path: Path, config: Config) -> None:
+def test_a_copied_run_is_free(tmp_path, config):
     run = create_run(config)
     run.begin()
     shutil.copytree(run.folder, tmp_path / "copy")
@@ -208,9 +203,7 @@ def test_a_copied_run_is_free(tmp_path: Path, config: Config) -> None:
         ("target_kl: 0.02\n", "target_kl: 2026-01-01\n"),
     ],
 )
-def test_a_changed_entry_is_refused_before_the_first_checkpoint(
-    config: Config, capsys: Capture, old: str, new: str
-) -> None:
+def test_a_changed_entry_is_refused_before_the_first_checkpoint(config, capsys, old, new):
     run = begun(config)
     path = run / "config.yaml"
     text = path.read_text()
@@ -223,7 +216,7 @@ def test_a_changed_entry_is_refused_before_the_first_checkpoint(
     assert sorted(each.name for each in run.folder.iterdir()) == ["config.yaml", "run.lock"]
 
 
-def test_a_changed_config_of_a_run_starts_a_new_one(config: Config, capsys: Capture) -> None:
+def test_a_changed_config_of_a_run_starts_a_new_one(config, capsys):
     run = begun(config)
     text = (run / "config.yaml").read_text().replace("gamma: 0.99", "gamma: 0.9")
     (run / "config.yaml").write_text(text)
@@ -233,7 +226,7 @@ def test_a_changed_config_of_a_run_starts_a_new_one(config: Config, capsys: Capt
     assert parse_yaml(capsys.readouterr().out) == expected
 
 
-def test_order_notes_and_spelling_are_free(tmp_path: Path, config: Config) -> None:
+def test_order_notes_and_spelling_are_free(tmp_path, config):
     path = tmp_path / "config.yaml"
     write_config(path, config)
     head, _, text = path.read_text().partition("\n")
@@ -243,15 +236,13 @@ def test_order_notes_and_spelling_are_free(tmp_path: Path, config: Config) -> No
     assert read_config(path) == config
 
 
-def test_a_run_of_an_older_version_has_no_digest_and_is_read(
-    tmp_path: Path, config: Config
-) -> None:
+def test_a_run_of_an_older_version_has_no_digest_and_is_read(tmp_path, config):
     path = tmp_path / "config.yaml"
     path.write_text(dump_yaml(config_to_dict(config)))
     assert read_config(path) == config
 
 
-ARRAYS: dict[str, Any] = {
+ARRAYS = {
     "timesteps": np.array([512, 1024]),
     "results": np.arange(6.0).reshape(2, 3),
     "ep_lengths": np.arange(6).reshape(2, 3),
@@ -260,7 +251,7 @@ ARRAYS: dict[str, Any] = {
 }
 
 
-def test_evaluations_come_back_to_the_bit(tmp_path: Path) -> None:
+def test_evaluations_come_back_to_the_bit(tmp_path):
     path = tmp_path / "evaluations.npz"
     write_evaluations(path, ARRAYS)
     found = read_evaluations(path)
@@ -281,25 +272,23 @@ def test_evaluations_come_back_to_the_bit(tmp_path: Path) -> None:
         {name: array[:0] for name, array in ARRAYS.items()},
     ],
 )
-def test_what_no_run_can_have_written_is_refused_by_name(
-    tmp_path: Path, changes: dict[str, Any]
-) -> None:
+def test_what_no_run_can_have_written_is_refused_by_name(tmp_path, changes):
     path = tmp_path / "evaluations.npz"
     np.savez(path, **ARRAYS | changes)
     with pytest.raises(DamagedFileError, match=r"evaluations\.npz"):
         read_evaluations(path)
 
 
-def save(folder: Path, *ages: int) -> None:
+def save(folder, *ages):
     for age in ages:
         save_newest(folder, age, {"a": np.full(3, age)}, {"age": age})
 
 
-def good(arrays: Any, document: Any) -> None:
+def good(arrays, document):
     """Nothing is wrong."""
 
 
-def test_the_last_two_are_kept_and_the_newest_is_read(tmp_path: Path) -> None:
+def test_the_last_two_are_kept_and_the_newest_is_read(tmp_path):
     folder = tmp_path / "checkpoints"
     assert load_newest(folder, good) is None
     save(folder, 5, 40, 300, 2000)
@@ -309,8 +298,8 @@ def test_the_last_two_are_kept_and_the_newest_is_read(tmp_path: Path) -> None:
     assert found[1] == {"age": 2000} and found[0]["a"].tolist() == [2000] * 3 and found[2] == []
 
 
-def test_one_that_is_not_good_is_named_and_passed_over(tmp_path: Path) -> None:
-    def old(arrays: Any, document: dict[str, Any]) -> None:
+def test_one_that_is_not_good_is_named_and_passed_over(tmp_path):
+    def old(arrays, document):
         if document["age"] > limit:
             raise DamagedFileError(f"age = {document['age']}; expected less")
 

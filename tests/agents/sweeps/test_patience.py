@@ -6,10 +6,8 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,10 +17,9 @@ from agents.sweeps import sweep as module
 from agents.sweeps.sweep import PATIENCE, Patience, Processes, Training, train_all
 from rigid_envs.scores.records import read_record
 from tests.agents.sessions import assert_same_files, small
-from tests.fixtures import Capture, Patch
 
 
-def trainings(folder: Path, n: int, updates: int) -> list[Training]:
+def trainings(folder, n, updates):
     """So many runs, each with a seed of its own."""
     return [
         Training(
@@ -34,7 +31,7 @@ def trainings(folder: Path, n: int, updates: int) -> list[Training]:
     ]
 
 
-def worker(run: Path) -> int | None:
+def worker(run):
     """The process that works in a run, or did."""
     try:
         return int(json.loads((run / "run.lock").read_bytes())["pid"])
@@ -42,13 +39,13 @@ def worker(run: Path) -> int | None:
         return None
 
 
-def workers(folder: Path) -> list[int]:
+def workers(folder):
     """The processes that train now."""
     pids = [worker(lock.parent) for lock in folder.glob("ppo/*/run.lock")]
     return [pid for pid in pids if pid is not None and _trains(pid)]
 
 
-def stop_once(run: Path) -> None:
+def stop_once(run):
     """Stop, by SIGSTOP, the process that trains there, when it has a checkpoint."""
     while not list(run.glob("checkpoints/*.safetensors")):
         time.sleep(0.05)
@@ -57,20 +54,14 @@ def stop_once(run: Path) -> None:
     os.kill(pid, signal.SIGSTOP)
 
 
-def _trains(pid: int) -> bool:
+def _trains(pid):
     try:
         return "State:\tZ" not in Path(f"/proc/{pid}/status").read_text()
     except OSError:
         return False
 
 
-def kill_some(
-    folder: Path,
-    start: Callable[[], Any],
-    kills: int,
-    seed: int,
-    others: Callable[[np.random.Generator], bool],
-) -> dict[str, int]:
+def kill_some(folder, start, kills, seed, others):
     """Run a sweep, and kill its workers and itself at random until it is through.
 
     Args:
@@ -104,7 +95,7 @@ def kill_some(
     return done
 
 
-def assert_as_undisturbed(killed: list[Training], alone: list[Training]) -> None:
+def assert_as_undisturbed(killed, alone):
     """Each run and record of a sweep is, to the bit, what the same training gives alone.
 
     Args:
@@ -124,34 +115,34 @@ def assert_as_undisturbed(killed: list[Training], alone: list[Training]) -> None
 class Clock:
     """Time that goes on when it is told to."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.now = 100.0
 
-    def __call__(self) -> float:
+    def __call__(self):
         return self.now
 
 
 class Watched:
     """A training that writes when it is told to."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.sign, self.used = 0.0, True
 
-    def last_sign(self) -> float:
+    def last_sign(self):
         return self.sign
 
-    def is_in_use(self) -> bool:
+    def is_in_use(self):
         return self.used
 
 
 @pytest.fixture
-def clock(monkeypatch: Patch) -> Clock:
+def clock(monkeypatch):
     clock = Clock()
     monkeypatch.setattr(module, "monotonic", clock)
     return clock
 
 
-def looks(patience: Patience, clock: Clock, running: Any, n: int) -> list[list[int]]:
+def looks(patience, clock, running, n):
     """What it says, each second."""
     found = []
     for _ in range(n):
@@ -160,7 +151,7 @@ def looks(patience: Patience, clock: Clock, running: Any, n: int) -> list[list[i
     return found
 
 
-def test_one_that_writes_nothing_is_lost_and_is_counted_anew(clock: Clock) -> None:
+def test_one_that_writes_nothing_is_lost_and_is_counted_anew(clock):
     silent, busy = Watched(), Watched()
     patience, said = Patience(10.0), []
     for _ in range(30):
@@ -171,20 +162,20 @@ def test_one_that_writes_nothing_is_lost_and_is_counted_anew(clock: Clock) -> No
     assert said[11] == said[22] == [3]
 
 
-def test_one_that_waits_in_a_queue_is_not_lost(clock: Clock) -> None:
+def test_one_that_waits_in_a_queue_is_not_lost(clock):
     queued = Watched()
     queued.used = False
     assert not any(looks(Patience(10.0), clock, {0: queued}, 100))
 
 
-def test_one_that_began_again_is_counted_anew(clock: Clock) -> None:
+def test_one_that_began_again_is_counted_anew(clock):
     patience, silent = Patience(10.0), Watched()
     assert not any(looks(patience, clock, {0: silent}, 10))
     assert not any(looks(patience, clock, {}, 1))
     assert not any(looks(patience, clock, {0: silent}, 11))
 
 
-def test_time_in_which_the_sweep_was_stopped_too_does_not_count(clock: Clock) -> None:
+def test_time_in_which_the_sweep_was_stopped_too_does_not_count(clock):
     patience, silent = Patience(10.0), Watched()
     looks(patience, clock, {0: silent}, 2)
     clock.now += 1e5
@@ -195,7 +186,7 @@ _context = multiprocessing.get_context("spawn")
 
 
 @pytest.fixture(params=["processes", "ray"])
-def cluster(request: pytest.FixtureRequest) -> Iterator[Any]:
+def cluster(request):
     """Two nodes of Ray on this machine, of which the second can be killed, or none."""
     if request.param == "processes":
         yield None
@@ -208,7 +199,7 @@ def cluster(request: pytest.FixtureRequest) -> Iterator[Any]:
     cluster.shutdown()
 
 
-def sweep(address: str, all_trainings: Sequence[Training], patience: float) -> None:
+def sweep(address, all_trainings, patience):
     """On Ray where there is an address."""
     from agents.sweeps.cluster import RayTasks
 
@@ -217,7 +208,7 @@ def sweep(address: str, all_trainings: Sequence[Training], patience: float) -> N
     raise SystemExit(train_all(all_trainings, workers, patience=patience))
 
 
-def started(cluster: Any, all_trainings: Sequence[Training], patience: float = PATIENCE) -> Any:
+def started(cluster, all_trainings, patience=PATIENCE):
     """A sweep in a process of its own."""
     address = cluster.address if cluster else ""
     process = _context.Process(target=sweep, args=(address, all_trainings, patience))
@@ -226,9 +217,7 @@ def started(cluster: Any, all_trainings: Sequence[Training], patience: float = P
 
 
 @pytest.mark.long
-def test_a_training_that_hangs_is_killed_and_goes_on_to_the_bit(
-    tmp_path: Path, cluster: Any, capfd: Capture
-) -> None:
+def test_a_training_that_hangs_is_killed_and_goes_on_to_the_bit(tmp_path, cluster, capfd):
     hung, alone = (trainings(tmp_path / name, 2, 60) for name in ("hung", "alone"))
     stopper = threading.Thread(target=stop_once, args=(hung[0].folder,), daemon=True)
     stopper.start()
@@ -243,13 +232,11 @@ def test_a_training_that_hangs_is_killed_and_goes_on_to_the_bit(
 
 @pytest.mark.long
 @pytest.mark.parametrize(("n", "updates", "kills"), [(4, 300, 3), (8, 500, 20)])
-def test_runs_are_those_of_an_undisturbed_sweep(
-    tmp_path: Path, cluster: Any, n: int, updates: int, kills: int
-) -> None:
+def test_runs_are_those_of_an_undisturbed_sweep(tmp_path, cluster, n, updates, kills):
     killed, alone = (trainings(tmp_path / name, n, updates) for name in ("killed", "alone"))
     second = [cluster.add_node(num_cpus=1)] if cluster else []
 
-    def kill_node(rng: np.random.Generator) -> bool:
+    def kill_node(rng):
         if not second or rng.random() < 0.7:
             return False
         cluster.remove_node(second.pop(), allow_graceful=False)

@@ -10,7 +10,6 @@ import subprocess
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -32,7 +31,6 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.scores.records import read_record
 from tests.agents.sessions import SMALL, begun
-from tests.fixtures import Capture, Patch
 from tests.loading.payloads import harmful
 from tests.programs import printed, python
 
@@ -41,20 +39,20 @@ DRIFT = "tests.agents.drift"
 VERB = f"benchmark --allow-import {DRIFT} --ids Drift-v0"
 
 
-def training(folder: Path, name: str = "a", n: int = 20, **entries: Any) -> Training:
+def training(folder, name="a", n=20, **entries):
     config = config_from(FEW | {"log_dir": str(folder), "run_name": name} | entries)
     return Training(config, folder / "records", n)
 
 
-def sweep(*trainings: Training, overwrite: bool = False, imports: str = DRIFT) -> int:
+def sweep(*trainings, overwrite=False, imports=DRIFT):
     return train_all(trainings, Processes(2, [imports]), overwrite)
 
 
-def place(folder: Path, seed: int = 0) -> Path:
+def place(folder, seed=0):
     return folder / "records" / "Drift-v0" / f"ppo_world_{seed}.json"
 
 
-def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path: Path) -> None:
+def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path):
     # the first policy of the second one stays the best
     both = [training(tmp_path, n=50), training(tmp_path, "b", 50, seed=3, learning_rate=[0.0, 0.0])]
     assert sweep(*both) == 0
@@ -86,7 +84,7 @@ def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path: Pa
     assert load(run / "best_model").document["timesteps"] == 2560
 
 
-def listening(session: int) -> list[str]:
+def listening(session):
     """TCP sockets on which a process of a session listens."""
     tables = [Path(f"/proc/net/{name}").read_text().splitlines()[1:] for name in ("tcp", "tcp6")]
     inodes = {line.split()[9] for table in tables for line in table if line.split()[3] == "0A"}
@@ -101,7 +99,7 @@ def listening(session: int) -> list[str]:
     return found
 
 
-def test_the_same_again_trains_nothing_and_another_config_is_refused(tmp_path: Path) -> None:
+def test_the_same_again_trains_nothing_and_another_config_is_refused(tmp_path):
     sweep(training(tmp_path))
     before = place(tmp_path).read_bytes()
     sweep(training(tmp_path))
@@ -121,9 +119,7 @@ def test_the_same_again_trains_nothing_and_another_config_is_refused(tmp_path: P
     assert read_record(place(tmp_path)).config["gamma"] == 0.5
 
 
-def test_a_training_that_fails_leaves_no_record_and_lets_others_be(
-    tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_training_that_fails_leaves_no_record_and_lets_others_be(tmp_path, capsys):
     bad = training(tmp_path, "bad", env_kwargs={"bad_reward_at": 40}, seed=1)
     assert sweep(bad, training(tmp_path)) == 1
     out, err = capsys.readouterr()
@@ -133,9 +129,7 @@ def test_a_training_that_fails_leaves_no_record_and_lets_others_be(
 
 
 @pytest.mark.long
-def test_a_training_that_dies_five_times_at_the_same_place_is_given_up(
-    tmp_path: Path, capsys: Capture
-) -> None:
+def test_a_training_that_dies_five_times_at_the_same_place_is_given_up(tmp_path, capsys):
     assert sweep(training(tmp_path), imports="tests.agents.deadly") == 1
     out, err = capsys.readouterr()
     assert out.count("was ended by SIGKILL; goes on from its last checkpoint") == 4
@@ -143,14 +137,14 @@ def test_a_training_that_dies_five_times_at_the_same_place_is_given_up(
 
 
 @pytest.mark.long
-def test_a_run_of_another_process_is_tried_again_later(tmp_path: Path, monkeypatch: Patch) -> None:
+def test_a_run_of_another_process_is_tried_again_later(tmp_path, monkeypatch):
     first, second = training(tmp_path), training(tmp_path, "b", seed=1)
     sweep(first)
     place(tmp_path).unlink()
     theirs = open_run(first.folder)
     is_in_use, answers, held = Training.is_in_use, [], [theirs]
 
-    def ask(self: Training) -> bool:
+    def ask(self):
         if held and place(tmp_path, 1).exists():
             held.pop().close()
         answers.append(is_in_use(self))
@@ -167,9 +161,7 @@ def test_a_run_of_another_process_is_tried_again_later(tmp_path: Path, monkeypat
     "number",
     [pytest.param(signal.SIGTERM, marks=pytest.mark.push), signal.SIGINT, signal.SIGKILL],
 )
-def test_a_command_listens_nowhere_and_leaves_no_process_behind_and_goes_on(
-    tmp_path: Path, number: signal.Signals
-) -> None:
+def test_a_command_listens_nowhere_and_leaves_no_process_behind_and_goes_on(tmp_path, number):
     words = f"{VERB} --algo ppo --steps 1.5e5 --episodes 20 --seeds 0-1 --jobs 2 --out {tmp_path}"
     command = ["-m", "agents", *words.split()]
     locks = [tmp_path / "ppo" / f"Drift-v0_world_{seed}" / "run.lock" for seed in (0, 1)]
@@ -191,14 +183,14 @@ def test_a_command_listens_nowhere_and_leaves_no_process_behind_and_goes_on(
     assert "[2/2] " in again and "records: " in again
 
 
-def wait_for(condition: Any) -> None:
+def wait_for(condition):
     deadline = time.perf_counter() + 60
     while not condition():
         assert time.perf_counter() < deadline
         time.sleep(0.05)
 
 
-def test_the_verb_trains_what_it_is_told(tmp_path: Path, capsys: Capture) -> None:
+def test_the_verb_trains_what_it_is_told(tmp_path, capsys):
     out = tmp_path / "out"
     words = f"{VERB} --steps 1e4 --episodes 20 --quiet".split()
     assert main([*words, "--algo", "ppo", "--seeds", "2", "--out", str(out)]) == 0
@@ -209,11 +201,11 @@ def test_the_verb_trains_what_it_is_told(tmp_path: Path, capsys: Capture) -> Non
     assert main([*words, "--jobs", "0", "--out", str(out)]) == 2
 
 
-def asked(monkeypatch: Patch, words: str) -> list[Training]:
+def asked(monkeypatch, words):
     """The trainings of a command, none of which is begun."""
-    found: list[Training] = []
+    found = []
 
-    def note(trainings: list[Training], *arguments: Any, **options: Any) -> int:
+    def note(trainings, *arguments, **options):
         found.extend(trainings)
         return 1
 
@@ -229,19 +221,19 @@ def asked(monkeypatch: Patch, words: str) -> list[Training]:
         ("benchmark --seeds 0-2,1,2-3 --ids BallPark BallPark RigidEnvs/BallPark-v0", 4),
     ],
 )
-def test_what_is_named_twice_is_trained_once(monkeypatch: Patch, words: str, n: int) -> None:
+def test_what_is_named_twice_is_trained_once(monkeypatch, words, n):
     found = asked(monkeypatch, words)
     assert len(found) == n
     assert len({each.folder for each in found}) == len({each.file for each in found}) == n
 
 
 @pytest.mark.parametrize("text", ["", ",", "3-1", "1-", "-1", "1-2-3", "many", "0x2", "1.5"])
-def test_seeds_that_name_no_training_are_refused(text: str, capsys: Capture) -> None:
+def test_seeds_that_name_no_training_are_refused(text, capsys):
     assert main(["benchmark", f"--seeds={text}"]) == 2
     assert f"--seeds = {text!r}; expected seeds as 0-9 or 0,2,5" in capsys.readouterr().err
 
 
-def begun_with(folder: Path, times: str | None, **entries: Any) -> Run:
+def begun_with(folder, times, **entries):
     """A run that was begun, with this clock."""
     run = begun(config_from({"log_dir": str(folder), "run_name": "r", **entries}))
     if times is not None:
@@ -254,9 +246,7 @@ UNFINISHED = [None, "", HEADER, f"{HEADER}4096,1,1,9\n", f"{HEADER}4096,1,1,9\n8
 
 
 @pytest.mark.parametrize("times", UNFINISHED)
-def test_a_run_that_has_not_made_its_last_step_is_not_complete(
-    tmp_path: Path, times: str | None, monkeypatch: Patch
-) -> None:
+def test_a_run_that_has_not_made_its_last_step_is_not_complete(tmp_path, times, monkeypatch):
     """It is neither published nor recorded: a sweep goes on with it."""
     entries = {"env_id": "RigidEnvs/BallPark-v0", "total_timesteps": 8192}
     run = begun_with(tmp_path, times, **entries)
@@ -272,7 +262,7 @@ def test_a_run_that_has_not_made_its_last_step_is_not_complete(
 
 
 @pytest.mark.parametrize("last", [8192, 12288])  # the last update is made in full
-def test_a_run_is_complete_from_its_last_step_on(tmp_path: Path, last: int) -> None:
+def test_a_run_is_complete_from_its_last_step_on(tmp_path, last):
     times = f"{HEADER}4096,1,1,9\n{last},2,2,9\n"
     assert is_complete(begun_with(tmp_path, times, total_timesteps=8192))
 
@@ -285,7 +275,7 @@ RECIPE = SMALL | {
 }
 
 
-def test_what_stands_in_the_folder_of_a_search_is_not_run(tmp_path: Path) -> None:
+def test_what_stands_in_the_folder_of_a_search_is_not_run(tmp_path):
     (tmp_path / "search.yaml").write_text(dump_yaml({"trials": 1, "recipe": RECIPE}))
     search, mark = read_search(tmp_path / "search.yaml"), tmp_path / "mark"
     for k, content in enumerate(harmful(mark)):
@@ -299,7 +289,7 @@ def test_what_stands_in_the_folder_of_a_search_is_not_run(tmp_path: Path) -> Non
 
 
 @pytest.mark.long
-def test_a_search_that_is_killed_goes_on(tmp_path: Path) -> None:
+def test_a_search_that_is_killed_goes_on(tmp_path):
     search, out = tmp_path / "search.yaml", tmp_path / "out"
     search.write_text(dump_yaml({"trials": 5, "seeds": [0, 1], "recipe": RECIPE}))
     words = ["-m", "agents", "search", search, "--out", out, "--jobs", "2"]

@@ -15,68 +15,67 @@ from agents.config.entries import config_from
 from agents.training.trainer import train
 from rigid_envs.base.files import load_tensors, save_tensors
 from tests.agents.training.test_resume import VARIANTS, assert_same, base, newest
-from tests.fixtures import Capture
 
 Arrays = dict[str, Any]
 Change = Callable[[Arrays, dict[str, Any]], Any]
 
 
-def swap(member: str, change: Callable[[Any], Any]) -> Change:
+def swap(member, change):
     """Put what becomes of an array in its place."""
     return lambda arrays, _: arrays.update({member: change(arrays[member])})
 
 
-def put(member: str, value: float, place: Any = ...) -> Change:
+def put(member, value, place=...):
     """Put a value into an array."""
     return lambda arrays, _: arrays[member].__setitem__(place, value)
 
 
-def shape(member: str, *sizes: int) -> Change:
+def shape(member, *sizes):
     """Cut an array to a shape, which numbers of the old shape may broadcast to."""
     return swap(member, lambda array: np.resize(array, sizes))
 
 
-def cast(member: str, kind: str) -> Change:
+def cast(member, kind):
     """Give an array another type."""
     return swap(member, lambda array: array.astype(kind))
 
 
-def drop(member: str) -> Change:
+def drop(member):
     """Leave an array out."""
     return lambda arrays, _: arrays.pop(member)
 
 
-def add(member: str) -> Change:
+def add(member):
     """Add an array."""
     return lambda arrays, _: arrays.update({member: np.zeros(3)})
 
 
-def say(place: str, value: Any) -> Change:
+def say(place, value):
     """Put a value into the document; a function is given the old one."""
 
-    def change(_: Arrays, document: dict[str, Any]) -> None:
+    def change(_, document):
         inner, last = _found(document, place)
         inner[last] = value(inner[last]) if callable(value) else value
 
     return change
 
 
-def forget(place: str) -> Change:
+def forget(place):
     """Leave an entry of the document out."""
 
-    def change(_: Arrays, document: dict[str, Any]) -> None:
+    def change(_, document):
         inner, last = _found(document, place)
         del inner[last]
 
     return change
 
 
-def both(*changes: Change) -> Change:
+def both(*changes):
     """Make several changes."""
     return lambda arrays, document: [each(arrays, document) for each in changes]
 
 
-def _found(document: Any, place: str) -> tuple[Any, Any]:
+def _found(document, place):
     """What holds an entry, and its key or number there."""
     *path, last = (int(key) if key.isdecimal() else key for key in place.split("."))
     for key in path:
@@ -87,14 +86,14 @@ def _found(document: Any, place: str) -> tuple[Any, Any]:
 UPDATES = 12
 
 
-def run_of(folder: Path, variant: str, updates: int = UPDATES) -> Path:
+def run_of(folder, variant, updates=UPDATES):
     values = base(VARIANTS[variant]) | {"total_timesteps": 512 * updates, "checkpoint_every": 4}
     values |= {"log_dir": str(folder), "run_name": "r"}
     return train(config_from(values), quiet=True).folder
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def runs(tmp_path_factory):
     """A complete run of each algorithm, with its newest checkpoint alone."""
     runs = {}
     for algo, variant in (
@@ -108,13 +107,13 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     return runs
 
 
-def content(run: Path) -> dict[str, bytes]:
+def content(run):
     """Every file of a run, but that of its lock, which names the process."""
     files = (path for path in run.rglob("*") if path.is_file() and path.name != "run.lock")
     return {str(path.relative_to(run)): path.read_bytes() for path in files}
 
 
-def refused(run: Path, capsys: Capture) -> str:
+def refused(run, capsys):
     """What is said where a run does not go on, in one line; no file of it changes."""
     before = content(run)
     assert main(["train", "--resume", str(run), "--quiet"]) == 2
@@ -123,7 +122,7 @@ def refused(run: Path, capsys: Capture) -> str:
     return said
 
 
-def damage(run: Path, change: Change) -> None:
+def damage(run, change):
     """Change the newest checkpoint of a run, with a checksum that is right."""
     path = newest(run)
     arrays, document = load_tensors(path, 10**9)
@@ -134,7 +133,7 @@ def damage(run: Path, change: Change) -> None:
 NAN, INF = float("nan"), float("inf")
 WEIGHT, BIAS = "weights/action_net.weight", "weights/value_net.bias"
 MOMENT = "optimizer/policy/1/exp_avg"
-KINDS: list[tuple[str, Change, str]] = [
+KINDS = [
     # weights and optimiser
     ("ppo", put(WEIGHT, NAN, (0, 3)), rf"{WEIGHT}\[0, 3\] = nan; expected finite"),
     ("ppo", shape(WEIGHT, 1, 16), rf"{WEIGHT} is float32 of shape \(1, 16\); expected .*\(2, 16\)"),
@@ -212,23 +211,21 @@ KINDS: list[tuple[str, Change, str]] = [
 ]  # fmt: skip
 
 
-def _id(part: object) -> str:
+def _id(part):
     return re.sub(r"[^\w/.-]+", " ", part)[:50] if isinstance(part, str) else ""
 
 
 @pytest.mark.parametrize(("algo", "change", "message"), KINDS, ids=_id)
 def test_bad_content_is_refused_by_name_and_no_file_changes(
-    runs: dict[str, Path], tmp_path: Path, capsys: Capture, algo: str, change: Change, message: str
-) -> None:
+    runs, tmp_path, capsys, algo, change, message
+):
     run = Path(shutil.copytree(runs[algo], tmp_path / "run"))
     damage(run, change)
     said = refused(run, capsys)
     assert said.startswith(f"agents: {newest(run)}: ") and re.search(message, said), said
 
 
-def test_of_two_checkpoints_a_bad_one_is_passed_over_and_the_run_ends_as_it_would(
-    runs: dict[str, Path], tmp_path: Path
-) -> None:
+def test_of_two_checkpoints_a_bad_one_is_passed_over_and_the_run_ends_as_it_would(runs, tmp_path):
     run = run_of(tmp_path, "normalized")
     damage(run, put(WEIGHT, NAN, (0, 3)))
     assert len(list((run / "checkpoints").iterdir())) == 2
@@ -236,7 +233,7 @@ def test_of_two_checkpoints_a_bad_one_is_passed_over_and_the_run_ends_as_it_woul
     assert_same(runs["ppo"], run)
 
 
-def test_bad_content_in_both_checkpoints_is_told_of_both(tmp_path: Path, capsys: Capture) -> None:
+def test_bad_content_in_both_checkpoints_is_told_of_both(tmp_path, capsys):
     run = run_of(tmp_path, "plain", updates=8)
     arrays, document = load_tensors(newest(run), 10**9)
     for path in (run / "checkpoints").iterdir():
@@ -245,9 +242,7 @@ def test_bad_content_in_both_checkpoints_is_told_of_both(tmp_path: Path, capsys:
 
 
 @pytest.mark.parametrize("name", ["progress", "monitor", "times"])
-def test_a_log_that_is_gone_or_cut_is_named_and_no_file_changes(
-    runs: dict[str, Path], tmp_path: Path, capsys: Capture, name: str
-) -> None:
+def test_a_log_that_is_gone_or_cut_is_named_and_no_file_changes(runs, tmp_path, capsys, name):
     run = Path(shutil.copytree(runs["ppo"], tmp_path / "run"))
     log = run / f"{name}.csv"
     for spoil in (lambda: log.write_bytes(log.read_bytes()[:-9]), log.unlink, log.mkdir):

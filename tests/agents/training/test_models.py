@@ -2,9 +2,6 @@
 
 import json
 import math
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -12,7 +9,7 @@ import pytest
 from torch.nn import Linear, SiLU, Tanh
 
 import tests.agents.drift  # noqa: F401, registers the environment
-from agents.config.entries import Config, config_from
+from agents.config.entries import config_from
 from agents.environments import make
 from agents.training.algorithms import build_model, parts_of
 from agents.training.recording import acting, save_policy, stronger
@@ -25,7 +22,7 @@ from rigid_envs.sb3.adapter import NonFiniteError
 from tests.sb3.script import Script, steps
 
 
-def test_ended_episodes_are_listed_once() -> None:
+def test_ended_episodes_are_listed_once():
     env = TrainingRows(Script())
     env.reset()
     steps(env, 3)
@@ -37,7 +34,7 @@ def test_ended_episodes_are_listed_once() -> None:
 
 
 @pytest.mark.parametrize("env_id", ["Drift-v0", "RigidEnvs/BallParkGoal-v0"])
-def test_continuation_from_a_state_is_bitwise(env_id: str) -> None:
+def test_continuation_from_a_state_is_bitwise(env_id):
     env, other = (TrainingRows(make(env_id, {}, 5)) for _ in range(2))
     env.seed(1)
     env.reset()
@@ -69,7 +66,7 @@ NO_SETTINGS = {
 
 
 @pytest.fixture
-def raw() -> Iterator[None]:
+def raw():
     """An environment of our class that is not registered by `rigid_envs.register`."""
     gym.register(
         "Raw-v0",
@@ -98,9 +95,7 @@ def raw() -> Iterator[None]:
         ("Raw-v0", {"task": f"{TASKS}:Reorient"}, r"^config\.env_kwargs\.task"),
     ],
 )
-def test_an_environment_that_cannot_be_is_refused_by_key(
-    env_id: str, kwargs: dict[str, Any], message: str
-) -> None:
+def test_an_environment_that_cannot_be_is_refused_by_key(env_id, kwargs, message):
     with pytest.raises(ValueError, match=message):
         make(env_id, kwargs, 2)
 
@@ -109,7 +104,7 @@ GRID, GOAL = "RigidEnvs/BallGrid-v0", "RigidEnvs/BallParkGoal-v0"
 COMMON = {"n_envs": 4, "gamma": 0.7, "learning_rate": 3e-5, "net_arch": [5, 3],
           "activation": "silu"}  # fmt: skip
 MEMORY = {"buffer_size": 4000, "learning_starts": 77, "batch_size": 33, "tau": 0.11}
-ENTRIES: dict[str, dict[str, Any]] = {
+ENTRIES = {
     "ppo": {"n_steps": 24, "batch_size": 48, "n_epochs": 3, "gae_lambda": 0.81, "clip_range": 0.33,
             "ent_coef": 0.02, "vf_coef": 0.63, "max_grad_norm": 0.37, "target_kl": 0.05,
             "log_std_init": -1.25},
@@ -127,23 +122,23 @@ OF_SB3 = {  # names that differ
 }
 
 
-def config_of(algo: str, **entries: Any) -> Config:
+def config_of(algo, **entries):
     return config_from({"env_id": "Drift-v0", **COMMON, **ENTRIES[algo], "algo": algo, **entries})
 
 
-def model_of(config: Config) -> Any:
+def model_of(config):
     rows = TrainingRows(make(config.env_id, config.env_kwargs, config.n_envs))
     return build_model(config, wrapped(rows, config))
 
 
-def progress(config: Config) -> Any:
+def progress(config):
     """What a training logs, by columns."""
     with (train(config, quiet=True).folder / "progress.csv").open() as file:
         return np.genfromtxt(file, delimiter=",", names=True, deletechars="")
 
 
 @pytest.mark.parametrize("algo", ENTRIES)
-def test_every_entry_of_an_algorithm_is_told_to_its_model(algo: str) -> None:
+def test_every_entry_of_an_algorithm_is_told_to_its_model(algo):
     config = config_of(algo)
     model = model_of(config)
     own = {key: value for key, value in ENTRIES[algo].items() if key != "env_id"}
@@ -165,15 +160,15 @@ def test_every_entry_of_an_algorithm_is_told_to_its_model(algo: str) -> None:
     assert kinds == {SiLU}
 
 
-def test_goals_of_hindsight_are_as_many_as_said() -> None:
+def test_goals_of_hindsight_are_as_many_as_said():
     for n in (0, 2, 7):
         model = model_of(config_of("sac", env_id=GOAL, n_sampled_goal=n, buffer_size=40_000))
         assert getattr(model.replay_buffer, "n_sampled_goal", 0) == n
 
 
 @pytest.mark.parametrize("algo", ENTRIES)
-def test_weights_are_those_of_the_seed(algo: str) -> None:
-    def weights(seed: int) -> bytes:
+def test_weights_are_those_of_the_seed(algo):
+    def weights(seed):
         model = model_of(config_of(algo, seed=seed))
         return b"".join(p.detach().numpy().tobytes() for p in model.policy.parameters())
 
@@ -182,9 +177,7 @@ def test_weights_are_those_of_the_seed(algo: str) -> None:
 
 
 @pytest.mark.parametrize("algo", ENTRIES)
-def test_the_learning_rate_falls_along_a_line_and_ends_at_its_end(
-    tmp_path: Path, algo: str
-) -> None:
+def test_the_learning_rate_falls_along_a_line_and_ends_at_its_end(tmp_path, algo):
     """The last update lies beyond the end: 4 of 40 steps where there are 150."""
     memory = {"log_every": 40, "learning_starts": 0, "train_freq": 1, "gradient_steps": 1}
     own = {"n_steps": 10, "batch_size": 10, "target_kl": None} if algo == "ppo" else memory
@@ -196,9 +189,7 @@ def test_the_learning_rate_falls_along_a_line_and_ends_at_its_end(
 
 
 @pytest.mark.parametrize("algo", ["sac", "tqc", "dqn"])
-def test_a_round_has_its_gradient_steps_once_learning_has_started(
-    tmp_path: Path, algo: str
-) -> None:
+def test_a_round_has_its_gradient_steps_once_learning_has_started(tmp_path, algo):
     own = {"log_every": 40, "learning_starts": 100, "train_freq": 2, "gradient_steps": 3}
     config = config_of(algo, **own, total_timesteps=200, eval_episodes=2, log_dir=str(tmp_path))
     table = progress(config)
@@ -208,7 +199,7 @@ def test_a_round_has_its_gradient_steps_once_learning_has_started(
     assert np.isnan(table["train/n_updates"][:2]).all()
 
 
-def test_a_spread_on_a_schedule_is_not_learnt_and_falls_by_equal_factors(tmp_path: Path) -> None:
+def test_a_spread_on_a_schedule_is_not_learnt_and_falls_by_equal_factors(tmp_path):
     assert model_of(config_of("ppo")).policy.log_std.requires_grad
     own = {"n_steps": 24, "total_timesteps": 288, "eval_episodes": 2, "log_dir": str(tmp_path)}
     config = config_of("ppo", action_std=[0.8, 0.1], **own)
@@ -224,12 +215,12 @@ OFF_POLICY = {"batch_size": 32, "learning_starts": 420, "train_freq": 8, "gradie
 SCALED = {"normalize_observation": True}
 
 
-def quick(**entries: Any) -> Config:
+def quick(**entries):
     own = PPO if entries.get("algo", "ppo") == "ppo" else OFF_POLICY
     return config_from({"env_id": "Drift-v0", "n_envs": 4, **own, **entries})
 
 
-def observations(space: gym.Space[Any], n: int, rng: np.random.Generator) -> Any:
+def observations(space, n, rng):
     if isinstance(space, gym.spaces.Dict):
         return {name: observations(part, n, rng) for name, part in space.items()}
     return rng.normal(scale=2, size=(n, *(space.shape or ()))).astype(np.float32)
@@ -249,7 +240,7 @@ def observations(space: gym.Space[Any], n: int, rng: np.random.Generator) -> Any
     ],
     ids=str,
 )
-def test_a_model_and_its_file_act_alike(tmp_path: Path, entries: dict[str, Any]) -> None:
+def test_a_model_and_its_file_act_alike(tmp_path, entries):
     config = quick(**entries)
     model = model_of(config)
     model.learn(512)
@@ -271,7 +262,7 @@ def test_a_model_and_its_file_act_alike(tmp_path: Path, entries: dict[str, Any])
     assert (beside["env_id"], beside["seed"]) == (config.env_id, config.seed)
 
 
-def test_an_observation_that_is_not_finite_ends_an_evaluation() -> None:
+def test_an_observation_that_is_not_finite_ends_an_evaluation():
     model = model_of(quick())
     act = acting(model, make("Drift-v0", {}, 1))
     with pytest.raises(NonFiniteError, match="observation of the evaluation"):
@@ -279,11 +270,11 @@ def test_an_observation_that_is_not_finite_ends_an_evaluation() -> None:
 
 
 @pytest.mark.parametrize("name", ["Reorient", "BallParkGoal"])
-def test_a_network_with_goals_is_told_the_turn_in_body_and_world_axes(name: str) -> None:
+def test_a_network_with_goals_is_told_the_turn_in_body_and_world_axes(name):
     model = model_of(quick(env_id=f"RigidEnvs/{name}-v0", n_envs=50, goal_turn=True))
-    obs: Any = model.env.reset()
+    obs = model.env.reset()
     told = model.policy.extract_features(model.policy.obs_to_tensor(obs)[0]).numpy()
-    envs: Any = model.env.venv.unwrapped
+    envs = model.env.venv.unwrapped
     here, there = envs.y[:, :4], envs.auxiliary(*envs.task.aux_names)[:, :4]
     back = rotations.conjugate(here)
     for turn, at in ((rotations.multiply(back, there), -18), (rotations.multiply(there, back), -9)):
@@ -301,9 +292,7 @@ def test_a_network_with_goals_is_told_the_turn_in_body_and_world_axes(name: str)
         ({"achieved_goal": np.zeros((3, 11))}, "dimensions"),
     ],
 )
-def test_a_dictionary_that_does_not_fit_its_file_is_refused(
-    tmp_path: Path, change: dict[str, Any], message: str
-) -> None:
+def test_a_dictionary_that_does_not_fit_its_file_is_refused(tmp_path, change, message):
     config = quick(env_id=GOAL)
     save_policy(model_of(config), config, tmp_path / "policy")
     policy = load(tmp_path / "policy")
@@ -316,7 +305,7 @@ def test_a_dictionary_that_does_not_fit_its_file_is_refused(
 
 
 @pytest.mark.parametrize("gain", [0.5, 1.0, 3.0])
-def test_modes_and_spread_are_those_without_it_times_the_gain(tmp_path: Path, gain: float) -> None:
+def test_modes_and_spread_are_those_without_it_times_the_gain(tmp_path, gain):
     """What is trained does not change."""
     seen = np.random.default_rng(0).normal(size=(500, 2)).astype(np.float32)
     config = quick()

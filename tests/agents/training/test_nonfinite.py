@@ -2,8 +2,6 @@
 
 import itertools
 import re
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -17,13 +15,12 @@ from agents.training.trainer import Trainer, train
 from rigid_envs.base.files import load_tensors
 from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError, all_finite, bad_row
 from tests.agents.sessions import SMALL, small
-from tests.fixtures import Patch
 
 MEMORY = {"env_id": "Drift-v0", "n_envs": 16, "learning_starts": 32, "log_every": 64}
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf"), -float("inf")])
-def test_an_optimiser_does_not_step_along_a_bad_gradient(bad: float) -> None:
+def test_an_optimiser_does_not_step_along_a_bad_gradient(bad):
     weights = torch.nn.Parameter(torch.ones(3))
     optimizer = torch.optim.Adam([weights], lr=0.1)
     optimizer.register_step_pre_hook(refuse_bad_gradients)
@@ -36,13 +33,13 @@ def test_an_optimiser_does_not_step_along_a_bad_gradient(bad: float) -> None:
     assert torch.equal(weights, before)
 
 
-def assert_finite(paths: list[Path]) -> None:
+def assert_finite(paths):
     for path in paths:
         arrays, _ = load_tensors(path, 10**8)
         assert all(np.isfinite(array).all() for array in arrays.values())
 
 
-def test_a_nan_reward_stops_the_run_and_leaves_good_checkpoints(tmp_path: Path) -> None:
+def test_a_nan_reward_stops_the_run_and_leaves_good_checkpoints(tmp_path):
     config = small(tmp_path, env_kwargs={"bad_reward_at": 300}, seed=11)
     with pytest.raises(NonFiniteError, match=r"reward of row 8 .*step 300 .*action \[.*seed 11"):
         train(config, quiet=True)
@@ -53,14 +50,14 @@ def test_a_nan_reward_stops_the_run_and_leaves_good_checkpoints(tmp_path: Path) 
     assert (run / "progress.csv").read_text().count("\n") == 1 + 9
 
 
-def spoiled(venv: Any, what: str, value: float, at: int) -> Any:
+def spoiled(venv, what, value, at):
     """The environment, which gives or is given one bad number, in a row of its step `at` or later.
 
     Drift has 16 rows; the others here do not begin with a row that ends.
     """
     taken, done = itertools.count(1), []
 
-    def step(actions: Any) -> Any:
+    def step(actions):
         obs, rewards, terminated, truncated, infos = original(actions)
         ends = np.flatnonzero(terminated | truncated)
         if not done and next(taken) >= at and (what != "last observation" or ends.size):
@@ -94,8 +91,8 @@ D7 = [
 
 @pytest.mark.parametrize(("algo", "what", "value"), D7)
 def test_one_bad_number_stops_any_algorithm_and_every_checkpoint_is_finite(
-    tmp_path: Path, monkeypatch: Patch, algo: str, what: str, value: float
-) -> None:
+    tmp_path, monkeypatch, algo, what, value
+):
     at = int(np.random.default_rng([len(algo), len(what), value > 0]).integers(70, 120))
     memory = {**MEMORY, "algo": algo, "log_every": 160, "buffer_size": 4000, "gradient_steps": 1}
     own = {**SMALL, "n_steps": 10, "batch_size": 160} if algo == "ppo" else memory
@@ -107,7 +104,7 @@ def test_one_bad_number_stops_any_algorithm_and_every_checkpoint_is_finite(
     if what == "action":
         taken, original = itertools.count(1), GymnasiumVecEnv.step_async
 
-        def step_async(self: GymnasiumVecEnv, actions: Any) -> None:
+        def step_async(self, actions):
             if next(taken) == at:
                 actions = actions.copy()
                 actions[5, 1] = value
@@ -136,12 +133,10 @@ def test_one_bad_number_stops_any_algorithm_and_every_checkpoint_is_finite(
         (MEMORY | {"algo": "dqn", "env_id": "RigidEnvs/BallGrid-v0"}, "gamma"),
     ],
 )
-def test_a_nan_loss_stops_the_run_before_the_optimiser_steps(
-    tmp_path: Path, monkeypatch: Patch, values: dict[str, Any], factor: str
-) -> None:
+def test_a_nan_loss_stops_the_run_before_the_optimiser_steps(tmp_path, monkeypatch, values, factor):
     seen = {}
 
-    def iterate(self: Trainer) -> None:
+    def iterate(self):
         setattr(self.model, factor, float("nan"))
         seen["weights"] = [p.detach().clone() for p in self.model.policy.parameters()]
         seen["policy"] = self.model.policy
@@ -157,7 +152,7 @@ def test_a_nan_loss_stops_the_run_before_the_optimiser_steps(
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_one_bad_entry_is_found_wherever_it_is(value: float) -> None:
+def test_one_bad_entry_is_found_wherever_it_is(value):
     rng = np.random.default_rng(0)
     for _ in range(50):
         array = rng.normal(size=(7, 5)).astype(np.float32)

@@ -8,8 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -27,7 +25,7 @@ from tests.programs import python
 PPO_ONLY = ("n_steps", "batch_size", "n_epochs")
 MEMORY = {"log_every": 512, "learning_starts": 2000, "batch_size": 64, "train_freq": 2,
           "gradient_steps": 1, "buffer_size": 50_000}  # fmt: skip
-VARIANTS: dict[str, dict[str, Any]] = {
+VARIANTS = {
     "plain": {},
     "normalized": {"normalize_observation": True, "normalize_reward": True, "seed": 2**40},
     "ball park": {
@@ -54,23 +52,23 @@ VARIANTS: dict[str, dict[str, Any]] = {
 }
 
 
-def base(values: dict[str, Any]) -> dict[str, Any]:
+def base(values):
     """The small run; of another algorithm only what all have in common."""
     algo = values.get("algo", "ppo")
     return {k: v for k, v in SMALL.items() if algo == "ppo" or k not in PPO_ONLY} | values
 
 
-def whole(folder: Path, **values: Any) -> Path:
+def whole(folder, **values):
     entries = base(values) | {"log_dir": str(folder), "run_name": "whole"}
     assert finish(start(entries)) == 0
     return folder / str(entries.get("algo", "ppo")) / "whole"
 
 
-def newest(run: Path) -> Path:
+def newest(run):
     return max((run / "checkpoints").glob("*.safetensors"))
 
 
-def assert_same(run: Path, other: Path) -> None:
+def assert_same(run, other):
     assert_same_files(run, other)
     ours, ours_too = (load_tensors(newest(r), 10**8) for r in (run, other))
     assert ours[0].keys() == ours_too[0].keys()
@@ -78,20 +76,20 @@ def assert_same(run: Path, other: Path) -> None:
         np.testing.assert_array_equal(array, ours_too[0][key], err_msg=key)
 
 
-def age(run: Path) -> int:
+def age(run):
     """Updates that a run has logged."""
     path = run / "progress.csv"
     return max(path.read_bytes().count(b"\n") - 1, 0) if path.exists() else 0
 
 
-def wait_for(run: Path, updates: int) -> None:
+def wait_for(run, updates):
     deadline = time.perf_counter() + 60
     while age(run) < updates:
         assert time.perf_counter() < deadline
         time.sleep(0.002)
 
 
-def kill_at_random(folder: Path, values: dict[str, Any], kills: int, seed: int) -> Path:
+def kill_at_random(folder, values, kills, seed):
     """Start a run and kill it that often, at random moments of its life."""
     rng = np.random.default_rng(seed)
     run = folder / str(values.get("algo", "ppo")) / "killed"
@@ -116,9 +114,7 @@ def kill_at_random(folder: Path, values: dict[str, Any], kills: int, seed: int) 
 @pytest.mark.long
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("seed", range(5))
-def test_a_run_killed_ten_times_is_bitwise_the_one_that_never_was(
-    tmp_path: Path, variant: str, seed: int
-) -> None:
+def test_a_run_killed_ten_times_is_bitwise_the_one_that_never_was(tmp_path, variant, seed):
     values = base(VARIANTS[variant]) | {"total_timesteps": 512 * 300, "checkpoint_every": 1}
     reference = whole(tmp_path, **values)
     assert_same(reference, kill_at_random(tmp_path, values, kills=10, seed=seed))
@@ -134,7 +130,7 @@ OTHERS = (signal.SIGINT, signal.SIGHUP)
         *(pytest.param(each, marks=pytest.mark.long) for each in OTHERS),
     ],
 )
-def test_a_signal_saves_and_exits_with_its_number(tmp_path: Path, number: signal.Signals) -> None:
+def test_a_signal_saves_and_exits_with_its_number(tmp_path, number):
     values = {**SMALL, "checkpoint_every": None}
     run = tmp_path / "ppo" / "stopped"
     session = start({**values, "log_dir": str(tmp_path), "run_name": "stopped"})
@@ -155,7 +151,7 @@ def test_a_signal_saves_and_exits_with_its_number(tmp_path: Path, number: signal
 
 @pytest.mark.push
 @pytest.mark.long
-def test_no_row_and_no_event_is_doubled_or_missing_after_a_kill(tmp_path: Path) -> None:
+def test_no_row_and_no_event_is_doubled_or_missing_after_a_kill(tmp_path):
     run = kill_at_random(tmp_path, {**SMALL, "total_timesteps": 512 * 60}, kills=2, seed=1)
     with (run / "progress.csv").open() as file:
         steps = [int(row["time/total_timesteps"]) for row in csv.DictReader(file)]
@@ -185,8 +181,8 @@ sys.exit(main(["train", *sys.argv[2:]]))
     ],
 )
 def test_a_run_on_a_full_disk_says_so_and_goes_on_when_there_is_room(
-    tmp_path: Path, every: int, updates: int, limit: int, name: str
-) -> None:
+    tmp_path, every, updates, limit, name
+):
     values = base({"checkpoint_every": every, "total_timesteps": 512 * updates})
     run = tmp_path / "ppo" / "full"
     options = values | {"log_dir": str(tmp_path), "run_name": "full"}
@@ -200,14 +196,14 @@ def test_a_run_on_a_full_disk_says_so_and_goes_on_when_there_is_room(
     assert_same(whole(tmp_path, **values), run)
 
 
-def test_a_finished_run_stays_as_it_is(tmp_path: Path) -> None:
+def test_a_finished_run_stays_as_it_is(tmp_path):
     run = whole(tmp_path)
     before = {name: (run / name).read_bytes() for name in SAME}
     assert finish(start(None, run)) == 0
     assert {name: (run / name).read_bytes() for name in SAME} == before
 
 
-def test_a_changed_config_without_a_digest_is_refused_by_its_checkpoint(tmp_path: Path) -> None:
+def test_a_changed_config_without_a_digest_is_refused_by_its_checkpoint(tmp_path):
     run = whole(tmp_path, total_timesteps=512 * 4)
     _, _, text = (run / "config.yaml").read_text().partition("\n")  # as older versions wrote it
     (run / "config.yaml").write_text(text.replace("gamma: 0.99", "gamma: 0.9"))
@@ -222,20 +218,20 @@ class PowerCutError(Exception):
     """What ends a run without a word."""
 
 
-def stir() -> None:
+def stir():
     """Bring the global streams to where no run has left them."""
     random.seed(5)
     np.random.seed(5)  # noqa: NPY002
     torch.manual_seed(5)
 
 
-def cut(folder: Path, variant: str, after: int) -> Path:
+def cut(folder, variant, after):
     """A run that ends after so many updates, one of them behind its newest checkpoint."""
     values = base(VARIANTS[variant]) | {"total_timesteps": 512 * UPDATES, "checkpoint_every": 2}
     values |= {"log_dir": str(folder), "run_name": str(after)}
     made = []
 
-    def iterate(self: Trainer) -> None:
+    def iterate(self):
         if len(made) == after:
             raise PowerCutError
         made.append(self)
@@ -259,9 +255,7 @@ def cut(folder: Path, variant: str, after: int) -> Path:
         for name in VARIANTS
     ],
 )
-def test_a_run_that_goes_on_is_bitwise_the_one_that_never_stopped(
-    tmp_path: Path, variant: str
-) -> None:
+def test_a_run_that_goes_on_is_bitwise_the_one_that_never_stopped(tmp_path, variant):
     reference = cut(tmp_path, variant, UPDATES)
     # with a memory: before its first gradient step, and when its first steps are overwritten
     for after in (3, 17):
@@ -272,11 +266,11 @@ def test_a_run_that_goes_on_is_bitwise_the_one_that_never_stopped(
         assert_same(reference, run)
 
 
-def streams(actions: np.random.Generator) -> Streams:
+def streams(actions):
     return Streams(random, np.random, torch.default_generator, actions.bit_generator)
 
 
-def draws(actions: np.random.Generator) -> list[float]:
+def draws(actions):
     """Two numbers of each stream; the normal ones are drawn in pairs, of which one is kept."""
     return [
         *(random.gauss(0, 1) for _ in range(2)),
@@ -287,7 +281,7 @@ def draws(actions: np.random.Generator) -> list[float]:
 
 
 @pytest.mark.parametrize("odd", [False, True])
-def test_every_stream_goes_on_where_it_was(odd: bool) -> None:
+def test_every_stream_goes_on_where_it_was(odd):
     actions = np.random.default_rng(3)
     if odd:  # one of a pair is used, the other one is kept
         random.gauss(0, 1)
@@ -303,8 +297,8 @@ def test_every_stream_goes_on_where_it_was(odd: bool) -> None:
 
 
 @pytest.mark.parametrize("kind", ["torch", "numpy", "python"])
-def test_what_is_no_state_is_refused_and_no_stream_changes(kind: str) -> None:
-    actions: Any = np.random.default_rng(3)
+def test_what_is_no_state_is_refused_and_no_stream_changes(kind):
+    actions = np.random.default_rng(3)
     arrays, document = capture_random(streams(actions))
     bad = {**arrays, kind: np.zeros_like(arrays[kind][:7])}
     with pytest.raises(ValueError, match=r"random = .*expected states"):
@@ -334,9 +328,7 @@ STOPS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
         pytest.param(signal.SIGHUP, signal.SIGINT, marks=pytest.mark.long),
     ],
 )
-def test_a_second_signal_ends_at_once_with_its_number(
-    first: signal.Signals, second: signal.Signals
-) -> None:
+def test_a_second_signal_ends_at_once_with_its_number(first, second):
     process = subprocess.Popen(
         [sys.executable, "-c", BUSY], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
@@ -359,7 +351,7 @@ def test_a_second_signal_ends_at_once_with_its_number(
 
 
 @pytest.mark.parametrize("number", STOPS)
-def test_a_signal_is_noted_and_handlers_come_back(number: signal.Signals) -> None:
+def test_a_signal_is_noted_and_handlers_come_back(number):
     before = [signal.getsignal(each) for each in STOPS]
     with StopSignals() as signals:
         assert not signals.stopping() and signals.received is None

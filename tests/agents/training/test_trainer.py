@@ -3,9 +3,7 @@
 import csv
 import itertools
 import os
-from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -26,33 +24,32 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.scores.starts import TEST_SEED, row_seeds
 from tests.agents.drift import Drift
 from tests.agents.sessions import small
-from tests.fixtures import Capture, Patch
 
 
-def begun(folder: Path, **entries: Any) -> Trainer:
+def begun(folder, **entries):
     run = create_run(small(folder, **entries))
     run.begin()
     return Trainer(run, run.config(), Progress(True))
 
 
-def trained(folder: Path, updates: int, **entries: Any) -> Path:
+def trained(folder, updates, **entries):
     config = small(folder, total_timesteps=512 * updates, **entries)
     return train(config, quiet=True).folder
 
 
-def rows(path: Path) -> list[dict[str, str]]:
+def rows(path):
     with path.open() as file:
         return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def test_without_a_number_checkpoints_are_due_as_often_as_they_cost_two_hundredths(
-    tmp_path: Path, monkeypatch: Patch
-) -> None:
+    tmp_path, monkeypatch
+):
     now = [100.0]
     monkeypatch.setattr(trainer, "time", SimpleNamespace(perf_counter=lambda: now[0]))
     training = begun(tmp_path, checkpoint_every=None)
 
-    def due_after(seconds: float) -> bool:
+    def due_after(seconds):
         before, now[0] = now[0], now[0] + seconds
         is_due = training.checkpoint_is_due()
         now[0] = before
@@ -61,7 +58,7 @@ def test_without_a_number_checkpoints_are_due_as_often_as_they_cost_two_hundredt
     assert [due_after(each) for each in (0.0, 1.0, 1.9, 2.1, 100.0)] == [False] * 3 + [True] * 2
     write = trainer.save_newest
 
-    def slow(*arguments: Any) -> None:
+    def slow(*arguments):
         write(*arguments)
         now[0] += 3.0
 
@@ -71,7 +68,7 @@ def test_without_a_number_checkpoints_are_due_as_often_as_they_cost_two_hundredt
     training.close()
 
 
-def test_with_a_number_checkpoints_are_due_after_so_many_updates(tmp_path: Path) -> None:
+def test_with_a_number_checkpoints_are_due_after_so_many_updates(tmp_path):
     training = begun(tmp_path, checkpoint_every=3)
     due = []
     for _ in range(7):
@@ -81,13 +78,13 @@ def test_with_a_number_checkpoints_are_due_after_so_many_updates(tmp_path: Path)
     assert due == [False, False, True, False, False, True, False]
 
 
-def test_a_default_run_that_is_killed_has_a_checkpoint(tmp_path: Path, monkeypatch: Patch) -> None:
+def test_a_default_run_that_is_killed_has_a_checkpoint(tmp_path, monkeypatch):
     ticks = itertools.count(step=0.5)
     monkeypatch.setattr(trainer, "time", SimpleNamespace(perf_counter=lambda: next(ticks)))
     monkeypatch.setattr(trainer, "_SHARE", 1.0)
     iterate, made = Trainer.iterate, []
 
-    def killed(self: Trainer) -> None:
+    def killed(self):
         if len(made) == 20:
             raise KeyboardInterrupt
         made.append(self)
@@ -99,16 +96,14 @@ def test_a_default_run_that_is_killed_has_a_checkpoint(tmp_path: Path, monkeypat
     assert len(list((tmp_path / "ppo" / "r" / "checkpoints").iterdir())) == 2
 
 
-def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(
-    tmp_path: Path, monkeypatch: Patch
-) -> None:
-    calls: list[Any] = []
+def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(tmp_path, monkeypatch):
+    calls = []
 
-    def fsync(descriptor: int) -> None:
+    def fsync(descriptor):
         status = os.fstat(descriptor)
         calls.append((status.st_ino, status.st_size))
 
-    def replace(old: Path, new: Path) -> None:
+    def replace(old, new):
         calls.append(new.parent.name)
         rename(old, new)
 
@@ -125,9 +120,7 @@ def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(
         assert (status.st_ino, status.st_size) in before
 
 
-def test_evaluations_are_logged_and_the_best_policy_is_the_first_of_the_best(
-    tmp_path: Path,
-) -> None:
+def test_evaluations_are_logged_and_the_best_policy_is_the_first_of_the_best(tmp_path):
     run = trained(tmp_path, 20, eval_every=512, learning_rate=3e-3, seed=5)
     names = {"eval/success_rate": "successes", "eval/mean_reward": "results",
              "eval/mean_ep_length": "ep_lengths", "eval/mean_cost": "costs"}  # fmt: skip
@@ -144,7 +137,7 @@ def test_evaluations_are_logged_and_the_best_policy_is_the_first_of_the_best(
     assert load(run / "last_model").document["timesteps"] == 512 * 20
 
 
-def test_episodes_are_logged_at_the_age_of_all_rows_together(tmp_path: Path) -> None:
+def test_episodes_are_logged_at_the_age_of_all_rows_together(tmp_path):
     run = trained(tmp_path, 4, env_kwargs={"max_episode_steps": 10})
     episodes = rows(run / "monitor.csv")
     ages = [int(row["t"]) for row in episodes]
@@ -155,7 +148,7 @@ def test_episodes_are_logged_at_the_age_of_all_rows_together(tmp_path: Path) -> 
     assert {row["is_success"] for row in episodes} <= {"0", "1"}
 
 
-def test_bonus_and_price_are_those_of_the_age(tmp_path: Path) -> None:
+def test_bonus_and_price_are_those_of_the_age(tmp_path):
     training = begun(tmp_path, success_bonus=3.0, cost_price=[0.0, 2.0], total_timesteps=512 * 4)
     prices = []
     for _ in range(4):
@@ -166,7 +159,7 @@ def test_bonus_and_price_are_those_of_the_age(tmp_path: Path) -> None:
     assert training._adapter.bonus == 3.0
 
 
-def test_threads_of_torch_are_as_said(tmp_path: Path) -> None:
+def test_threads_of_torch_are_as_said(tmp_path):
     try:
         begun(tmp_path, torch_threads=2).close()
         assert torch.get_num_threads() == 2
@@ -174,7 +167,7 @@ def test_threads_of_torch_are_as_said(tmp_path: Path) -> None:
         torch.set_num_threads(1)
 
 
-def test_leftovers_of_writes_are_swept_when_a_run_goes_on(tmp_path: Path) -> None:
+def test_leftovers_of_writes_are_swept_when_a_run_goes_on(tmp_path):
     run = trained(tmp_path, 2)
     leftover = run / "checkpoints" / ".000000000001536.safetensors.77.tmp"
     leftover.touch()
@@ -182,7 +175,7 @@ def test_leftovers_of_writes_are_swept_when_a_run_goes_on(tmp_path: Path) -> Non
     assert not leftover.exists()
 
 
-def test_time_and_processor_time_of_all_sessions_are_added(monkeypatch: Patch) -> None:
+def test_time_and_processor_time_of_all_sessions_are_added(monkeypatch):
     wall, processor = [100.0], [7.0]
     fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: processor[0])
     monkeypatch.setattr(validation, "time", fake)
@@ -191,7 +184,7 @@ def test_time_and_processor_time_of_all_sessions_are_added(monkeypatch: Patch) -
     assert running.spent() == Spent(1030.0, 502.0)
 
 
-def test_speed_is_that_of_each_update(tmp_path: Path, monkeypatch: Patch) -> None:
+def test_speed_is_that_of_each_update(tmp_path, monkeypatch):
     wall = [100.0]
     fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: 0.0)
     monkeypatch.setattr(validation, "time", fake)
@@ -204,9 +197,7 @@ def test_speed_is_that_of_each_update(tmp_path: Path, monkeypatch: Patch) -> Non
     assert speeds == [512 / 8, 512 / 2, 512 / 4]
 
 
-def test_another_machine_is_told_of_when_a_run_goes_on(
-    tmp_path: Path, monkeypatch: Patch, capsys: Capture
-) -> None:
+def test_another_machine_is_told_of_when_a_run_goes_on(tmp_path, monkeypatch, capsys):
     run = trained(tmp_path, 2)
     capsys.readouterr()
     train(run)
@@ -217,26 +208,24 @@ def test_another_machine_is_told_of_when_a_run_goes_on(
     assert "not its bits: machine: " in capsys.readouterr().err
 
 
-def constant(obs: Any) -> Any:
+def constant(obs):
     """Always the same action."""
     return np.tile(np.array([0.1, 0.0], dtype=np.float32), (len(obs), 1))
 
 
-def validated(**entries: Any) -> Validation:
+def validated(**entries):
     return Validation(config_from({"env_id": "Drift-v0", "eval_episodes": 20, **entries}))
 
 
 @pytest.mark.parametrize("seed", [0, 1, TEST_SEED, VALIDATION_SEED])
-def test_training_validation_and_test_share_no_start(
-    tmp_path: Any, monkeypatch: Patch, seed: int
-) -> None:
-    seen: dict[str, Any] = {}
+def test_training_validation_and_test_share_no_start(tmp_path, monkeypatch, seed):
+    seen = {}
 
-    def play(policy: Any, venv: Any, seeds: list[int]) -> Any:
+    def play(policy, venv, seeds):
         seen["validation"] = seeds
         return played(policy, venv, seeds)
 
-    def seeded(self: TrainingRows, seeds: Any) -> Any:
+    def seeded(self, seeds):
         seen["train"] = seeds
         return seed_rows(self, seeds)
 
@@ -251,7 +240,7 @@ def test_training_validation_and_test_share_no_start(
     assert seen["train"] == row_seeds(seed, 64, "train")  # each run has its own
 
 
-def test_the_first_of_equally_good_policies_is_the_best() -> None:
+def test_the_first_of_equally_good_policies_is_the_best():
     evaluations = validated()
     _, better = evaluations.run(lambda venv: constant, 1)
     assert better
@@ -261,7 +250,7 @@ def test_the_first_of_equally_good_policies_is_the_best() -> None:
     evaluations.close()
 
 
-def test_success_counts_before_return_and_return_before_nothing() -> None:
+def test_success_counts_before_return_and_return_before_nothing():
     evaluations = validated(eval_episodes=2, cost_price=[0.0, 2.0])
     for won, results, costs, best in (
         ([0, 1], [5.0, 6.0], [0.0, 1.0], (0.5, 4.5)),
@@ -276,7 +265,7 @@ def test_success_counts_before_return_and_return_before_nothing() -> None:
     evaluations.close()
 
 
-def test_it_is_due_where_an_update_passes_a_multiple_and_at_the_end() -> None:
+def test_it_is_due_where_an_update_passes_a_multiple_and_at_the_end():
     config = config_from({"env_id": "Drift-v0", "eval_every": 1000, "total_timesteps": 3100,
                           "n_envs": 8, "n_steps": 32, "batch_size": 64})  # fmt: skip
     evaluations = Validation(config)
@@ -289,7 +278,7 @@ def test_it_is_due_where_an_update_passes_a_multiple_and_at_the_end() -> None:
     evaluations.close()
 
 
-SHORT: dict[str, Any] = {
+SHORT = {
     "env_id": "RigidEnvs/SleepingTop-v0",
     "n_envs": 8,
     "n_steps": 8,
@@ -301,17 +290,17 @@ SHORT: dict[str, Any] = {
 }
 
 
-def top(folder: Path, name: str, **entries: Any) -> Path:
+def top(folder, name, **entries):
     values = {**SHORT, **entries, "log_dir": str(folder), "run_name": name}
     return train(config_from(values), quiet=True).folder
 
 
-def evaluations(run: Path) -> dict[str, Any]:
+def evaluations(run):
     with np.load(run / "evaluations.npz") as file:
         return dict(file)
 
 
-def test_they_change_what_is_learnt_and_not_what_is_evaluated(tmp_path: Path) -> None:
+def test_they_change_what_is_learnt_and_not_what_is_evaluated(tmp_path):
     frozen = {"learning_rate": [0.0, 0.0]}
     plain = top(tmp_path, "plain", **frozen)
     priced = top(tmp_path, "priced", **frozen, train_kwargs={"weight_effort": 9.0})
@@ -327,7 +316,7 @@ def test_they_change_what_is_learnt_and_not_what_is_evaluated(tmp_path: Path) ->
 
 
 @pytest.mark.parametrize("pay", [{"price": 0.3}, {"bonus": 3.0}], ids=str)
-def test_price_and_bonus_are_of_every_reward_of_training(pay: dict[str, float]) -> None:
+def test_price_and_bonus_are_of_every_reward_of_training(pay):
     rows = [TrainingRows(make("RigidEnvs/BallGrid-v0", {}, 200)) for _ in range(2)]
     rng, n_ended, n_won = np.random.default_rng(0), 0, 0
     for env in rows:
@@ -347,7 +336,7 @@ def test_price_and_bonus_are_of_every_reward_of_training(pay: dict[str, float]) 
     assert n_ended and n_won
 
 
-def test_a_price_changes_what_is_learnt_and_goes_along_a_line(tmp_path: Path) -> None:
+def test_a_price_changes_what_is_learnt_and_goes_along_a_line(tmp_path):
     plain, priced = (
         load(top(tmp_path, str(price), cost_price=price) / "last_model") for price in (0.0, 5.0)
     )
@@ -359,19 +348,19 @@ def test_a_price_changes_what_is_learnt_and_goes_along_a_line(tmp_path: Path) ->
 class Free(Drift):
     """The environment for tests, without cost."""
 
-    def reset(self, **arguments: Any) -> tuple[Any, dict[str, Any]]:
+    def reset(self, **arguments):
         observation, infos = super().reset(**arguments)
         return observation, {"is_success": infos["is_success"]}
 
 
-def test_a_price_is_refused_where_there_is_no_cost(tmp_path: Path, monkeypatch: Patch) -> None:
+def test_a_price_is_refused_where_there_is_no_cost(tmp_path, monkeypatch):
     spec = gym.envs.registration.EnvSpec("Free-v0", vector_entry_point=Free)
     monkeypatch.setitem(gym.registry, "Free-v0", spec)
     with pytest.raises(ConfigError, match=r"config\.cost_price.*no cost"):
         top(tmp_path, "run", env_id="Free-v0", cost_price=1.0)
 
 
-EASY: dict[str, dict[str, Any]] = {
+EASY = {
     "choices": {
         "algo": "dqn",
         "env_id": "RigidEnvs/BallGrid-v0",
@@ -401,7 +390,7 @@ EASY: dict[str, dict[str, Any]] = {
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", [pytest.param("choices", marks=pytest.mark.push), "goals"])
-def test_learning_beats_chance_by_far(tmp_path: Path, name: str) -> None:
+def test_learning_beats_chance_by_far(tmp_path, name):
     values = EASY[name]
     outcome = train(
         config_from(values | {"log_dir": str(tmp_path), "eval_episodes": 10}), quiet=True
