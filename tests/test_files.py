@@ -10,36 +10,26 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from rigid_envs.base.files import (
-    DamagedFileError,
-    canonical_json,
-    checked_values,
-    column,
-    read_bytes,
-    read_document,
-    sweep,
-    write_atomic,
-    write_document,
-)
+from rigid_envs.base import files
 
 
 def test_what_is_too_large_or_no_file_is_not_read(tmp_path):
     sparse = tmp_path / "sparse"
     with sparse.open("wb") as file:
         file.truncate(2**33)
-    with pytest.raises(DamagedFileError, match="8589934592 bytes; expected at most 1000"):
-        read_bytes(sparse, 1000)
+    with pytest.raises(files.DamagedFileError, match="8589934592 bytes; expected at most 1000"):
+        files.read_bytes(sparse, 1000)
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
-    with pytest.raises(DamagedFileError, match="not a regular file"):
-        read_bytes(pipe, 1000)
-    with pytest.raises(DamagedFileError, match="not a regular file"):
-        read_bytes(tmp_path, 1000)
+    with pytest.raises(files.DamagedFileError, match="not a regular file"):
+        files.read_bytes(pipe, 1000)
+    with pytest.raises(files.DamagedFileError, match="not a regular file"):
+        files.read_bytes(tmp_path, 1000)
 
 
 def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path):
     path = tmp_path / "a"
-    write_atomic(path, b"old")
+    files.write_atomic(path, b"old")
     before = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, limits[1]))
@@ -47,7 +37,7 @@ def test_a_full_disk_leaves_the_old_file_and_says_how_much_was_needed(tmp_path):
         with pytest.raises(
             OSError, match=r"write 5000 bytes \(File too large\).*untouched"
         ) as error:
-            write_atomic(path, b"x" * 5000)
+            files.write_atomic(path, b"x" * 5000)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         signal.signal(signal.SIGXFSZ, before)
@@ -73,7 +63,7 @@ def test_a_file_is_on_the_disk_before_it_has_its_name_and_its_name_before_the_en
     monkeypatch.setattr(os, "fsync", fsync)
     monkeypatch.setattr(os, "replace", replace)
     path = tmp_path / "a"
-    write_atomic(path, b"x" * 50)  # less than the buffer of a file
+    files.write_atomic(path, b"x" * 50)  # less than the buffer of a file
     inode = path.stat().st_ino
     assert calls[:2] == [("fsync", inode, 50), ("replace", inode, path)]
     assert [call[:2] for call in calls[2:]] == [("fsync", tmp_path.stat().st_ino)]
@@ -100,16 +90,16 @@ def without_folders(monkeypatch, call, code):
 )
 def test_a_file_is_written_where_folders_cannot_be_synced(tmp_path, monkeypatch, call, code):
     without_folders(monkeypatch, call, code)
-    write_atomic(tmp_path / "a", b"new")
+    files.write_atomic(tmp_path / "a", b"new")
     assert (tmp_path / "a").read_bytes() == b"new"
 
 
 def test_a_disk_that_fails_after_the_rename_is_told_as_it_is(tmp_path, monkeypatch):
     path = tmp_path / "a"
-    write_atomic(path, b"old")
+    files.write_atomic(path, b"old")
     without_folders(monkeypatch, "fsync", errno.EIO)
     with pytest.raises(OSError, match=r"could not sync a folder .*is in place") as error:
-        write_atomic(path, b"new")
+        files.write_atomic(path, b"new")
     assert (error.value.errno, error.value.filename) == (errno.EIO, str(tmp_path))
     assert "untouched" not in str(error.value)
     assert path.read_bytes() == b"new"
@@ -120,7 +110,7 @@ def test_threads_that_write_one_file_do_not_disturb_each_other(tmp_path):
 
     def write(k):
         for _ in range(20):
-            write_atomic(path, bytes([k]) * 100_000)
+            files.write_atomic(path, bytes([k]) * 100_000)
             assert path.read_bytes() in contents
 
     contents = [bytes([k]) * 100_000 for k in range(4)]
@@ -130,21 +120,21 @@ def test_threads_that_write_one_file_do_not_disturb_each_other(tmp_path):
 
 
 def test_a_folder_that_is_none_is_named(tmp_path):
-    write_atomic(tmp_path / "a", b"")
+    files.write_atomic(tmp_path / "a", b"")
     with pytest.raises(NotADirectoryError, match=r"could not write 3 bytes .*untouched"):
-        write_atomic(tmp_path / "a" / "b", b"new")
+        files.write_atomic(tmp_path / "a" / "b", b"new")
 
 
 def test_json_has_one_spelling_and_no_nan():
     a, b = {"x": 1, "y": [0.1, "é"]}, {"y": [0.1, "é"], "x": 1}
-    assert canonical_json(a) == canonical_json(b) == '{"x":1,"y":[0.1,"\\u00e9"]}'
-    assert json.loads(canonical_json(a)) == a
+    assert files.canonical_json(a) == files.canonical_json(b) == '{"x":1,"y":[0.1,"\\u00e9"]}'
+    assert json.loads(files.canonical_json(a)) == a
     with pytest.raises(ValueError, match="not JSON compliant"):
-        canonical_json({"x": float("nan")})
+        files.canonical_json({"x": float("nan")})
 
 
 def test_text_is_written_as_utf_8(tmp_path):
-    write_atomic(tmp_path / "a", "é\n")
+    files.write_atomic(tmp_path / "a", "é\n")
     assert (tmp_path / "a").read_bytes() == b"\xc3\xa9\n"
 
 
@@ -152,7 +142,7 @@ def test_what_interrupted_writes_left_is_swept_and_nothing_else(tmp_path):
     (tmp_path / "below").mkdir()
     for name in (".a.1.tmp", "below/.b.2.tmp", "a.tmp", ".hidden"):
         (tmp_path / name).touch()
-    sweep(tmp_path)
+    files.sweep(tmp_path)
     assert {path.name for path in tmp_path.rglob("*")} == {"below", "a.tmp", ".hidden"}
 
 
@@ -161,14 +151,14 @@ VALUES = {"format": FORMAT, "n": 3, "costs": [0.1, None, 1e-17], "where": {"cpu"
 
 
 def read(file):
-    with read_document(file, FORMAT, 10_000, "write it anew") as document:
+    with files.read_document(file, FORMAT, 10_000, "write it anew") as document:
         return document
 
 
 @pytest.fixture
 def file(tmp_path):
     path = tmp_path / "a.json"
-    write_document(path, VALUES)
+    files.write_document(path, VALUES)
     return path
 
 
@@ -178,7 +168,7 @@ def test_a_document_is_read_as_it_was_written_and_written_as_it_was_read(file):
     assert [line.partition(":")[0] for line in content.decode().splitlines()[1:-1]] == [
         f'"{key}"' for key in (*VALUES, "sha256")
     ]
-    write_document(file, document)
+    files.write_document(file, document)
     assert file.read_bytes() == content
 
 
@@ -188,7 +178,7 @@ def test_no_entry_can_be_changed_taken_out_or_put_in(file, key):
     rest = {name: value for name, value in document.items() if name != key}
     for changed in (document | {key: "x"}, rest, document | {"more": 1}):
         file.write_text(json.dumps(changed))
-        with pytest.raises(DamagedFileError, match=r"a\.json: (sha256|format) = .*anew$"):
+        with pytest.raises(files.DamagedFileError, match=r"a\.json: (sha256|format) = .*anew$"):
             read(file)
 
 
@@ -214,7 +204,7 @@ HOSTILE = {
 def test_what_is_no_document_is_refused_by_name(file, kind):
     content, message = HOSTILE[kind]
     file.write_bytes(content)
-    with pytest.raises(DamagedFileError, match=rf"a\.json: .*({message})"):
+    with pytest.raises(files.DamagedFileError, match=rf"a\.json: .*({message})"):
         read(file)
 
 
@@ -224,8 +214,8 @@ def test_what_goes_wrong_while_a_document_is_taken_apart_names_the_file(file):
                         lambda d: float(d["who"])]  # fmt: skip
     for take in wrong:
         with (
-            pytest.raises(DamagedFileError, match=r"a\.json: .*; write it anew$"),
-            read_document(file, FORMAT, 10_000, "write it anew") as document,
+            pytest.raises(files.DamagedFileError, match=r"a\.json: .*; write it anew$"),
+            files.read_document(file, FORMAT, 10_000, "write it anew") as document,
         ):
             take(document)
 
@@ -235,19 +225,19 @@ def test_a_boolean_is_no_number_and_text_is_one_line_that_can_be_printed():
                         (1, str | None), ([], {"b": int})]  # fmt: skip
     for value, kind in wrong:
         with pytest.raises(ValueError, match=r"a = .*; expected a value of type"):
-            checked_values({"a": value}, {"a": kind})
-    assert checked_values({"a": None, "b": 1}, {"a": float | None}) == {"a": None}
+            files.checked_values({"a": value}, {"a": kind})
+    assert files.checked_values({"a": None, "b": 1}, {"a": float | None}) == {"a": None}
     inside = {"a": {"b": 1, "c": 2}}
-    assert checked_values(inside, {"a": {"b": int}}) == inside
+    assert files.checked_values(inside, {"a": {"b": int}}) == inside
     with pytest.raises(ValueError, match=r"b = 1; expected a value of type str"):
-        checked_values(inside, {"a": {"b": str}})
+        files.checked_values(inside, {"a": {"b": str}})
     with pytest.raises(KeyError, match="d"):
-        checked_values(inside, {"a": {"d": int}})
+        files.checked_values(inside, {"a": {"d": int}})
     with pytest.raises(ValueError, match="can be printed"):
-        checked_values({"a": {"b": "\x1b[2J"}}, {"a": dict})
+        files.checked_values({"a": {"b": "\x1b[2J"}}, {"a": dict})
 
 
 @pytest.mark.parametrize("values", [[], 3, "12", ["1"], [True], [[1.0]], [[1], [1, 2]], [10**400]])
 def test_what_is_no_list_of_numbers_is_refused(values):
     with pytest.raises(ValueError, match="costs"):
-        column(values, "costs")
+        files.column(values, "costs")

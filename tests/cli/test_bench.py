@@ -8,44 +8,28 @@ import pytest
 
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.bench.accuracy import (
-    FreeRun,
-    MujocoSetting,
-    free_run,
-    mujoco_settings,
-    mujoco_workloads,
-)
+from rigid_envs.tools.bench import accuracy, measuring
 from rigid_envs.tools.bench.figures import Figures, Startup
-from rigid_envs.tools.bench.measuring import (
-    COLUMNS,
-    Throughput,
-    Workload,
-    costs,
-    gymnasium_workloads,
-    our_workloads,
-    staggered,
-    time_interleaved,
-)
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.collecting import _speed, as_factor, as_text, as_time
 
 _RUNS = [
-    FreeRun(0.05, 60.0, 9e-10, 1e-14, 5e-10, 3e-8),
-    FreeRun(0.05, 6e3, 9e-10, 7e-14, 1e-6, 3e-6),
+    accuracy.FreeRun(0.05, 60.0, 9e-10, 1e-14, 5e-10, 3e-8),
+    accuracy.FreeRun(0.05, 6e3, 9e-10, 7e-14, 1e-6, 3e-6),
 ]
 FIGURES = Figures(
     rounds=2,
     seconds=0.02,
     speeds=[
-        Throughput("IntermediateAxis-v0", "made", [900e3, 1000e3]),
-        Throughput("IntermediateAxis-v0", "4096", [30e6, 34e6]),
-        Throughput("SleepingTop-v0", "4096", [20e6, 25e6]),
-        Throughput("BallPark-v0", "4096", [5e6, 8e6]),
-        Throughput("CartPole-v1", "made", [200e3, 200e3]),
-        Throughput("CartPole-v1, NumPy", "4096", [24e6, 24e6]),
-        Throughput("MuJoCo RK4 x 4", "4096", [40e3, 40e3]),
+        measuring.Throughput("IntermediateAxis-v0", "made", [900e3, 1000e3]),
+        measuring.Throughput("IntermediateAxis-v0", "4096", [30e6, 34e6]),
+        measuring.Throughput("SleepingTop-v0", "4096", [20e6, 25e6]),
+        measuring.Throughput("BallPark-v0", "4096", [5e6, 8e6]),
+        measuring.Throughput("CartPole-v1", "made", [200e3, 200e3]),
+        measuring.Throughput("CartPole-v1, NumPy", "4096", [24e6, 24e6]),
+        measuring.Throughput("MuJoCo RK4 x 4", "4096", [40e3, 40e3]),
     ],
-    mujoco=[MujocoSetting("RK4", 4, "our energy error over 6000 s", _RUNS[1])],
+    mujoco=[accuracy.MujocoSetting("RK4", 4, "our energy error over 6000 s", _RUNS[1])],
     runs=_RUNS,
     startups=[Startup("RigidEnvs/IntermediateAxis-v0", (6.0,), (0.7, 0.9, 0.8))],
 )
@@ -56,24 +40,26 @@ KINDS = ["RigidEnvs/IntermediateAxis-v0", "RigidEnvs/Reorient-v0", "RigidEnvs/Ba
 
 
 def test_single_episodes_end_at_their_time_limit():
-    made, bare, *_ = our_workloads(["RigidEnvs/IntermediateAxis-v0"])
+    made, bare, *_ = measuring.our_workloads(["RigidEnvs/IntermediateAxis-v0"])
     assert (made.column, bare.column) == ("made", "bare")
     assert made.run(3) == bare.run(3) == 900
 
 
 def test_every_form_of_every_kind_of_environment_is_timed_beside_gymnasium():
-    workloads = [*our_workloads(KINDS), *gymnasium_workloads()]
+    workloads = [*measuring.our_workloads(KINDS), *measuring.gymnasium_workloads()]
     forms = {(workload.name, workload.column) for workload in workloads}
     for env_id in KINDS:
-        assert {(env_id.removeprefix("RigidEnvs/"), column) for column in COLUMNS} <= forms
+        assert {
+            (env_id.removeprefix("RigidEnvs/"), column) for column in measuring.COLUMNS
+        } <= forms
     assert {("CartPole-v1", "made"), ("Pendulum-v1, sync", "256")} <= forms
     assert ("CartPole-v1, NumPy", "4096") in forms
-    for throughput in time_interleaved(workloads, rounds=1, seconds=1e-4):
+    for throughput in measuring.time_interleaved(workloads, rounds=1, seconds=1e-4):
         assert throughput.median > 0.0
 
 
 def test_rows_end_their_episodes_in_turn():
-    envs = staggered("RigidEnvs/IntermediateAxis-v0", 600, 1)
+    envs = measuring.staggered("RigidEnvs/IntermediateAxis-v0", 600, 1)
     for _ in range(10):
         *_, truncated, _ = envs.step(np.zeros((600, 3), dtype=np.float32))
         assert np.count_nonzero(truncated) == 2
@@ -81,11 +67,11 @@ def test_rows_end_their_episodes_in_turn():
 
 def test_mujoco_gets_the_fewest_substeps_that_reach_our_error():
     pytest.importorskip("mujoco")
-    minute, long, euler = mujoco_settings()
-    assert minute.errors.energy <= free_run(0.1, 60.0).energy
-    assert long.errors.energy <= free_run(0.1, 6000.0).energy
+    minute, long, euler = accuracy.mujoco_settings()
+    assert minute.errors.energy <= accuracy.free_run(0.1, 60.0).energy
+    assert long.errors.energy <= accuracy.free_run(0.1, 6000.0).energy
     assert minute.n_substeps < long.n_substeps == euler.n_substeps
-    for workload in mujoco_workloads([minute]):
+    for workload in accuracy.mujoco_workloads([minute]):
         assert workload.run(1) == 4096
 
 
@@ -98,9 +84,9 @@ def test_workloads_take_turns_and_their_steps_are_counted():
             now[0] += 1e-3 * times
             return steps * times
 
-        return Workload(name, "made", run, lambda: now[0])
+        return measuring.Workload(name, "made", run, lambda: now[0])
 
-    slow, fast = time_interleaved([workload("slow", 1), workload("fast", 10)], 5, 2e-3)
+    slow, fast = measuring.time_interleaved([workload("slow", 1), workload("fast", 10)], 5, 2e-3)
     assert len(slow.samples) == len(fast.samples) == 5
     assert turns[-10:].count("slow") == turns[-10:].count("fast") == 5
     assert fast.ratio(slow) == pytest.approx([10.0] * 5)
@@ -112,7 +98,7 @@ def test_costs_are_compared_with_the_median_of_the_same_round():
     assert found["SleepingTop-v0"].ratio == 1.0
     assert found["BallPark-v0"].ratio == pytest.approx((20 / 5 + 25 / 8) / 2)
     assert found["BallPark-v0"].seconds == pytest.approx((1 / 5e6 + 1 / 8e6) / 2)
-    assert costs(FIGURES.speeds[:3]) == []  # too few
+    assert measuring.costs(FIGURES.speeds[:3]) == []  # too few
 
 
 def test_ratios_are_of_the_same_round_and_to_the_peers_that_were_measured():
@@ -149,7 +135,10 @@ def test_the_report_fits_a_page_and_names_the_peers():
 
 
 def test_three_digits_are_shown_and_the_unit_that_they_need():
-    speeds = [Throughput("", "", [each, each]) for each in (40e3, 999.4e3, 999.6e3, 1.234e6, 12e6)]
+    speeds = [
+        measuring.Throughput("", "", [each, each])
+        for each in (40e3, 999.4e3, 999.6e3, 1.234e6, 12e6)
+    ]
     assert [_speed(each).split()[0] for each in speeds] == ["40k", "999k", "1M", "1.23M", "12M"]
     assert [as_time(each) for each in (45.64e-9, 999.9e-9, 1e-6, 1.234e-6)] == [
         *("45.6 ns", "999.9 ns", "1.00 us", "1.23 us"),

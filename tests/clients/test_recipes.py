@@ -14,21 +14,10 @@ from stable_baselines3.common.evaluation import evaluate_policy
 
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import DISCRETE, GOALS
-from tests.clients import rows
+from tests.clients import rows, wrapping
 from tests.clients.__main__ import DATA, main
 from tests.clients.rows import markdown
 from tests.clients.running import ROOT, run
-from tests.clients.wrapping import (
-    LEFT_OUT,
-    LEFT_OUT_OF_ROWS,
-    PICTURES,
-    ROWS,
-    SINGLE,
-    fits,
-    play,
-    wrapped,
-    wrapped_rows,
-)
 
 HERE = Path(__file__).parent
 CLEANRL = {
@@ -143,35 +132,35 @@ def no_display(monkeypatch):
 def cases(table):
     """Wrappers by name; those of pictures need the extra `render`, and take seconds."""
     long = [pytest.mark.long]
-    return [pytest.param(name, marks=long if name in PICTURES else []) for name in table]  # type: ignore[attr-defined]
+    return [pytest.param(name, marks=long if name in wrapping.PICTURES else []) for name in table]  # type: ignore[attr-defined]
 
 
 @pytest.mark.usefixtures("no_display")
-@pytest.mark.parametrize("name", cases(SINGLE))
+@pytest.mark.parametrize("name", cases(wrapping.SINGLE))
 def test_a_wrapper_takes_single_environments(name):
     for env_id in THREE:
-        if fits(name, env_id):
-            env = wrapped(name, env_id)
-            play(env)
+        if wrapping.fits(name, env_id):
+            env = wrapping.wrapped(name, env_id)
+            wrapping.play(env)
             env.close()
 
 
 @pytest.mark.usefixtures("no_display")
-@pytest.mark.parametrize("name", cases(ROWS))
+@pytest.mark.parametrize("name", cases(wrapping.ROWS))
 def test_a_wrapper_takes_native_rows(name):
     for env_id in THREE:
-        if fits(name, env_id):
-            envs = wrapped_rows(name, env_id)
-            play(envs)
+        if wrapping.fits(name, env_id):
+            envs = wrapping.wrapped_rows(name, env_id)
+            wrapping.play(envs)
             envs.close()
 
 
 def test_there_is_no_wrapper_that_is_neither_taken_nor_for_others():
-    assert set(wrappers.__all__) == SINGLE.keys() | LEFT_OUT.keys()
-    assert set(vector.__all__) == ROWS.keys() | LEFT_OUT_OF_ROWS.keys()
+    assert set(wrappers.__all__) == wrapping.SINGLE.keys() | wrapping.LEFT_OUT.keys()
+    assert set(vector.__all__) == wrapping.ROWS.keys() | wrapping.LEFT_OUT_OF_ROWS.keys()
 
 
 def test_each_wrapper_fits_two_ids_or_more_unless_it_is_for_goals():
-    for name in {*SINGLE, *ROWS}:
-        n = sum(fits(name, env_id) for env_id in THREE)
+    for name in {*wrapping.SINGLE, *wrapping.ROWS}:
+        n = sum(wrapping.fits(name, env_id) for env_id in THREE)
         assert n >= 2 or name == "FilterObservation", name

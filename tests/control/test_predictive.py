@@ -8,14 +8,7 @@ import numpy as np
 import pytest
 
 from rigid_envs.base.checks import MissingPackageError
-from rigid_envs.control.predictive import (
-    CrossEntropyChoices,
-    PathIntegral,
-    Prediction,
-    PredictiveControl,
-    doubling,
-    weights,
-)
+from rigid_envs.control import predictive
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.dynamic_ball.controllers import HeldBall
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
@@ -51,7 +44,7 @@ def optimum(x):
 @pytest.mark.parametrize("correlation", [0.0, 0.5])
 def test_plans_come_near_the_optimum_of_a_linear_quadratic_problem(correlation):
     rng = np.random.default_rng(0)
-    planner = PathIntegral(
+    planner = predictive.PathIntegral(
         n_samples=500, horizon=T, spread=0.1, temperature=0.3, correlation=correlation
     )
     x = np.array([0.3, 0.2])
@@ -65,7 +58,7 @@ def test_plans_come_near_the_optimum_of_a_linear_quadratic_problem(correlation):
 
 
 def test_a_batch_of_plans_is_its_rows():
-    planner, rng = PathIntegral(8, 5), np.random.default_rng(0)
+    planner, rng = predictive.PathIntegral(8, 5), np.random.default_rng(0)
     plan, draws = rng.uniform(-1.0, 1.0, (5, 3, 2)), planner.draw(rng, 2)
     samples, costs = planner.sample(plan, draws), rng.normal(size=(3, 8))
     together = planner.improve(samples, costs)
@@ -76,7 +69,7 @@ def test_a_batch_of_plans_is_its_rows():
 
 
 def test_plans_stay_in_the_box_and_the_first_that_is_tried_is_the_plan():
-    planner, rng = PathIntegral(64, 10, spread=3.0), np.random.default_rng(0)
+    planner, rng = predictive.PathIntegral(64, 10, spread=3.0), np.random.default_rng(0)
     plan = rng.uniform(-1.0, 1.0, (10, 4, 2))
     samples = planner.sample(plan, planner.draw(rng, 2))
     np.testing.assert_array_equal(samples[:, :, 0], plan)
@@ -86,7 +79,7 @@ def test_plans_stay_in_the_box_and_the_first_that_is_tried_is_the_plan():
 
 
 def test_noise_has_the_deviation_and_the_correlation_that_are_asked_for():
-    planner = PathIntegral(20_000, 4, spread=0.1, correlation=0.6, finest=1.0)
+    planner = predictive.PathIntegral(20_000, 4, spread=0.1, correlation=0.6, finest=1.0)
     e = planner.draw(np.random.default_rng(0), 1)[:, 1:, 0].T
     # 5 standard errors of 20 000 draws: 5 / sqrt(n) of a correlation, 5 / sqrt(2 n) of a deviation
     np.testing.assert_allclose(e.std(axis=0), 0.1, rtol=0.025)
@@ -96,24 +89,24 @@ def test_noise_has_the_deviation_and_the_correlation_that_are_asked_for():
 
 def test_weights_do_not_depend_on_unit_or_origin_of_costs():
     costs = np.random.default_rng(0).normal(size=(5, 40))
-    w = weights(costs, 0.2)
+    w = predictive.weights(costs, 0.2)
     np.testing.assert_allclose(w.sum(axis=-1), 1.0, rtol=1e-14)
     # a shift by 100 loses two digits of the costs, which the temperature multiplies by 25 or so
-    np.testing.assert_allclose(weights(7.0 * costs + 100.0, 0.2), w, rtol=1e-11)
+    np.testing.assert_allclose(predictive.weights(7.0 * costs + 100.0, 0.2), w, rtol=1e-11)
     assert (np.argmax(w, axis=-1) == np.argmin(costs, axis=-1)).all()
-    assert (weights(costs, 1e-6).max(axis=-1) > 0.999).all()
-    np.testing.assert_array_equal(weights(np.full(8, 3.0), 0.1), 1.0 / 8.0)
+    assert (predictive.weights(costs, 1e-6).max(axis=-1) > 0.999).all()
+    np.testing.assert_array_equal(predictive.weights(np.full(8, 3.0), 0.1), 1.0 / 8.0)
 
 
 def test_how_badly_the_worst_fail_does_not_matter():
     costs = np.sort(np.random.default_rng(0).normal(size=(5, 100)))
     fallen = costs + np.where(np.arange(100) < 50, 0.0, 1e6)  # half of the rollouts
-    w, w_fallen = weights(costs, 0.2)[:, :50], weights(fallen, 0.2)[:, :50]
+    w, w_fallen = predictive.weights(costs, 0.2)[:, :50], predictive.weights(fallen, 0.2)[:, :50]
     np.testing.assert_allclose(w_fallen / w_fallen[:, :1], w / w[:, :1], rtol=1e-14)
 
 
 def test_choices_are_drawn_as_the_plan_says():
-    planner = CrossEntropyChoices(40_000, 2, 3)
+    planner = predictive.CrossEntropyChoices(40_000, 2, 3)
     plan = np.array([[0.2, 0.5, 0.3], [0.0, 0.0, 1.0]])
     drawn = planner.sample(plan, planner.draw(np.random.default_rng(0)))[..., 0]
     share = np.stack([np.bincount(row, minlength=3) for row in drawn]) / 40_000
@@ -123,7 +116,7 @@ def test_choices_are_drawn_as_the_plan_says():
 def test_choices_find_a_hidden_sequence():
     rng = np.random.default_rng(0)
     hidden = rng.integers(0, 4, 12)
-    planner = CrossEntropyChoices(200, 12, 4)
+    planner = predictive.CrossEntropyChoices(200, 12, 4)
     plan = planner.start(())
     for _ in range(20):
         samples = planner.sample(plan, planner.draw(rng))
@@ -133,21 +126,21 @@ def test_choices_find_a_hidden_sequence():
 
 
 def test_a_plan_moves_on_by_one_step():
-    planner = PathIntegral(4, 3)
+    planner = predictive.PathIntegral(4, 3)
     np.testing.assert_array_equal(planner.shift(np.arange(6.0).reshape(3, 2))[:, 0], [2, 4, 4])
-    choices = CrossEntropyChoices(4, 2, 2)
+    choices = predictive.CrossEntropyChoices(4, 2, 2)
     np.testing.assert_array_equal(choices.shift(np.eye(2)), [[0.0, 1.0], [0.5, 0.5]])
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: PathIntegral(1, 5), "n_samples = 1; expected an integer of at least 2"),
+        (lambda: predictive.PathIntegral(1, 5), "n_samples = 1; expected an integer of at least 2"),
         (
-            lambda: PathIntegral(8, 5, correlation=1.0),
+            lambda: predictive.PathIntegral(8, 5, correlation=1.0),
             r"correlation = 1.0; .* in \[0, 1\)",
         ),
-        (lambda: CrossEntropyChoices(8, 5, 1), "n_choices = 1"),
+        (lambda: predictive.CrossEntropyChoices(8, 5, 1), "n_choices = 1"),
     ],
 )
 def test_numbers_outside_their_range_are_refused(make, message):
@@ -206,7 +199,7 @@ def riccati(x, tail):
 
 
 def test_the_plan_of_a_linear_quadratic_problem_is_that_of_riccati():
-    controller = PredictiveControl(DoubleIntegrator(), (H,) * K, tail=2.0)
+    controller = predictive.PredictiveControl(DoubleIntegrator(), (H,) * K, tail=2.0)
     x = np.array([0.2, 0.1])
     plan = controller.plan(x)
     assert plan.is_solved
@@ -218,7 +211,7 @@ def test_the_plan_of_a_linear_quadratic_problem_is_that_of_riccati():
 
 
 def test_limits_of_actions_and_of_what_they_lead_to_hold():
-    controller = PredictiveControl(DoubleIntegrator(fastest=0.5), (H,) * 40, tail=2.0)
+    controller = predictive.PredictiveControl(DoubleIntegrator(fastest=0.5), (H,) * 40, tail=2.0)
     plan = controller.plan([2.0, 0.0])
     assert plan.is_solved
     assert np.abs(plan.actions).max() == pytest.approx(1.0, abs=1e-3)
@@ -227,17 +220,17 @@ def test_limits_of_actions_and_of_what_they_lead_to_hold():
 
 
 def test_a_plan_is_found_again_from_itself():
-    controller = PredictiveControl(DoubleIntegrator(), (H,) * K)
+    controller = predictive.PredictiveControl(DoubleIntegrator(), (H,) * K)
     first = controller.plan([1.5, -0.3])
     again = controller.plan([1.5, -0.3], near=first)
     np.testing.assert_allclose(again.actions, first.actions, atol=1e-2)  # the barrier
 
 
 def test_the_rest_of_a_plan_is_what_was_planned_for_later():
-    controller = PredictiveControl(DoubleIntegrator(), (0.1, 0.1, 0.2, 0.4), 1.0)
+    controller = predictive.PredictiveControl(DoubleIntegrator(), (0.1, 0.1, 0.2, 0.4), 1.0)
     states = np.array([[0.0, 1.0], [0.1, 1.0], [0.2, 1.0], [0.4, 1.0], [0.8, 1.0]])
     actions = np.arange(4.0)[:, None]
-    rest = controller.later(Prediction(actions, states, True), 0.1)
+    rest = controller.later(predictive.Prediction(actions, states, True), 0.1)
     np.testing.assert_allclose(rest.states[:, 0], [0.1, 0.2, 0.3, 0.5, 0.8], atol=1e-12)
     np.testing.assert_array_equal(rest.actions[:, 0], [1.0, 2.0, 2.0, 3.0])
 
@@ -276,7 +269,7 @@ def test_a_step_in_coordinates_is_a_step_of_the_system(problem):
 
 @each_problem
 def test_plans_are_solved_and_are_what_happens(problem):
-    controller = PredictiveControl(problem, doubling(0.1, 4, 4, 4))
+    controller = predictive.PredictiveControl(problem, predictive.doubling(0.1, 4, 4, 4))
     y, goal = STARTS[problem], GOALS[problem]
     plan = controller.plan(y, goal)
     assert plan.is_solved
@@ -326,7 +319,7 @@ def test_the_cost_is_the_one_that_is_told(problem):
 
 @each_problem
 def test_no_plan_beside_it_costs_less(problem):
-    controller = PredictiveControl(problem, doubling(0.1, 4, 4, 2))
+    controller = predictive.PredictiveControl(problem, predictive.doubling(0.1, 4, 4, 2))
     y, goal = STARTS[problem], GOALS[problem]
     plan, cost = controller.plan(y, goal), cost_of(controller, y, goal)
     least = float(cost(plan.actions.T))
@@ -341,7 +334,7 @@ def test_no_plan_beside_it_costs_less(problem):
 
 
 def test_the_table_can_always_stop_within_its_limit():
-    controller = PredictiveControl(TABLE, doubling(0.1, 4, 8, 3))
+    controller = predictive.PredictiveControl(TABLE, predictive.doubling(0.1, 4, 8, 3))
     plan = controller.plan(BALL.state(position=[2.0, 0.0]), [-1.0, 0.5])
     x = plan.states
     stops = x[:, 5:7] + 0.05 * x[:, 7:]
@@ -352,8 +345,8 @@ def test_tops_without_symmetry_and_numbers_that_are_none_are_refused():
     with pytest.raises(ValueError, match="expected a symmetric top, I1 = I2"):
         BalancedTop(HeavyTop(1.0, 1.1, 0.5), 3.0)
     with pytest.raises(ValueError, match=r"^intervals\[1\] = -0\.1; expected positive"):
-        PredictiveControl(SPIN, (0.1, -0.1))
-    controller = PredictiveControl(TABLE, (0.1,))
+        predictive.PredictiveControl(SPIN, (0.1, -0.1))
+    controller = predictive.PredictiveControl(TABLE, (0.1,))
     with pytest.raises(ValueError, match=r"^goal has shape \(0,\); expected \(2,\)"):
         controller.plan(BALL.state())
     with pytest.raises(ValueError, match=r"^y has shape \(2, 13\); expected \(n_state,\)"):
@@ -363,4 +356,4 @@ def test_tops_without_symmetry_and_numbers_that_are_none_are_refused():
 def test_without_casadi_the_command_that_installs_it_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
     with pytest.raises(MissingPackageError, match=r'pip install "rigid-envs\[control\]"'):
-        PredictiveControl(SPIN, (0.1,)).plan(BODY.state())
+        predictive.PredictiveControl(SPIN, (0.1,)).plan(BODY.state())

@@ -19,18 +19,7 @@ from rigid_envs.envs.shells import RigidEnv, RigidGoalEnv, RigidGoalVectorEnv, R
 from rigid_envs.sb3.adapter import GymnasiumVecEnv
 from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.testing.environments import (
-    CONTINUOUS,
-    GOALS,
-    IDS,
-    actions,
-    assert_same_bits,
-    flat,
-    fresh,
-    single,
-    still,
-    vector,
-)
+from rigid_envs.testing import environments
 
 # The shell of one environment: what it shows and hands out.
 
@@ -38,26 +27,26 @@ from rigid_envs.testing.environments import (
 PARK = "rigid_envs.systems.rolling_ball.tasks:BallPark"
 
 
-@pytest.fixture(params=IDS)
+@pytest.fixture(params=environments.IDS)
 def env_id(request):
     return request.param
 
 
 def rows(env_id, **settings):
     """Rows as their class makes them: without a spec."""
-    kind = RigidGoalVectorEnv if env_id in GOALS else RigidVectorEnv
+    kind = RigidGoalVectorEnv if env_id in environments.GOALS else RigidVectorEnv
     return kind(ENVIRONMENTS[env_id].task, **settings)
 
 
 def row(env_id):
     """The single environment."""
-    return (RigidGoalEnv if env_id in GOALS else RigidEnv)(ENVIRONMENTS[env_id].task)
+    return (RigidGoalEnv if env_id in environments.GOALS else RigidEnv)(ENVIRONMENTS[env_id].task)
 
 
 @pytest.fixture
 def env(env_id):
     """The single environment in its first episode."""
-    return fresh(row(env_id))
+    return environments.fresh(row(env_id))
 
 
 def zero(env):
@@ -106,15 +95,15 @@ def test_what_is_handed_out_is_a_copy(env):
     for part in (*env.get_state().values(), *arrays(observation)):
         part[...] = 9.0
     first, *_, info = env.step(zero(env))
-    kept = flat(first).copy()
+    kept = environments.flat(first).copy()
     for part in arrays(first):
         part[...] = 9.0
     info["cost"] = -1.0
     env.reset(seed=1)
-    np.testing.assert_array_equal(flat(env.step(zero(env))[0]), kept)
+    np.testing.assert_array_equal(environments.flat(env.step(zero(env))[0]), kept)
 
 
-@pytest.mark.parametrize("env_id", CONTINUOUS)
+@pytest.mark.parametrize("env_id", environments.CONTINUOUS)
 def test_action_of_the_caller_is_not_changed(env):
     action = np.full(env.action_space.shape, 3.0, dtype=np.float32)
     assert env.step(action)[4]["action_clipped"]
@@ -248,7 +237,7 @@ def test_number_of_rows_may_be_any_positive_integer(env_id):
         envs = rows(env_id, num_envs=n, num_threads=np.int64(2))
         observations, _ = envs.reset(seed=0)
         assert type(envs.num_envs) is int
-        assert flat(observations).shape == (n, len(envs.task.observations()))
+        assert environments.flat(observations).shape == (n, len(envs.task.observations()))
         assert envs.observation_space.contains(observations)
 
 
@@ -259,18 +248,18 @@ def test_what_is_handed_out_does_not_lead_back_into_the_rows(env_id):
         )
         overwrite(envs.reset(seed=0)[0])
         quiet.reset(seed=0)
-        batch = still(env_id, 3)
+        batch = environments.still(env_id, 3)
         kept = batch.copy()
         for _ in range(2):
             results, expected = envs.step(batch), quiet.step(batch)
-            assert_same_bits(results, expected)
+            environments.assert_same_bits(results, expected)
             overwrite(results)
             envs.y[...] = 9.0
-        assert_same_bits(envs.get_state(), quiet.get_state())
-        assert_same_bits(envs.infos(), quiet.infos())
+        environments.assert_same_bits(envs.get_state(), quiet.get_state())
+        environments.assert_same_bits(envs.infos(), quiet.infos())
         one = {"reset_mask": np.array([False, True, False])}
-        assert_same_bits(envs.reset(options=one), quiet.reset(options=one))
-        assert_same_bits(batch, kept)
+        environments.assert_same_bits(envs.reset(options=one), quiet.reset(options=one))
+        environments.assert_same_bits(batch, kept)
 
 
 def test_what_was_handed_out_stays_as_it_is(env_id):
@@ -278,7 +267,7 @@ def test_what_was_handed_out_stays_as_it_is(env_id):
         envs = rows(env_id, num_envs=3, max_episode_steps=2, autoreset_mode=mode)
         results = [
             envs.reset(seed=0),
-            *(envs.step(still(env_id, 3)) for _ in range(2)),
+            *(envs.step(environments.still(env_id, 3)) for _ in range(2)),
             envs.infos(),
         ]
         kept = copy.deepcopy(results)
@@ -287,8 +276,8 @@ def test_what_was_handed_out_stays_as_it_is(env_id):
         envs.infos()
         envs.set_state(state)
         envs.reset()
-        envs.step(still(env_id, 3))
-        assert_same_bits(results, kept)
+        envs.step(environments.still(env_id, 3))
+        environments.assert_same_bits(results, kept)
 
 
 def overwrite(result):
@@ -311,22 +300,22 @@ def test_masks_of_infos_cannot_be_written_to(env_id):
         infos["_cost"][0] = False
 
 
-@pytest.mark.parametrize("env_id", CONTINUOUS)
+@pytest.mark.parametrize("env_id", environments.CONTINUOUS)
 def test_batches_of_any_layout_give_the_same_bits(env_id):
-    batch = actions(env_id, 1, 70)[0]
+    batch = environments.actions(env_id, 1, 70)[0]
     wide = np.zeros((70, 2 * batch.shape[1]), dtype=np.float32)
     wide[:, ::2] = batch
     layouts = (batch, np.asfortranarray(batch), wide[:, ::2], batch.astype(float), batch.tolist())
     results = []
     for layout in layouts:
-        envs = fresh(rows(env_id, num_envs=70))
-        results.append(flat(envs.step(layout)[0]).tobytes())
+        envs = environments.fresh(rows(env_id, num_envs=70))
+        results.append(environments.flat(envs.step(layout)[0]).tobytes())
     assert set(results) == {results[0]}
 
 
 def test_resetting_running_rows_ends_their_episodes_quietly(env_id):
-    envs = fresh(rows(env_id, num_envs=3, max_episode_steps=3))
-    batch = still(env_id, 3)
+    envs = environments.fresh(rows(env_id, num_envs=3, max_episode_steps=3))
+    batch = environments.still(env_id, 3)
     envs.step(batch)
     envs.step(batch)
     envs.reset(options={"reset_mask": np.array([False, True, False])})
@@ -337,7 +326,7 @@ def test_resetting_running_rows_ends_their_episodes_quietly(env_id):
 
 def test_a_seed_is_that_of_the_generator_as_gymnasium_has_it(env_id):
     for seed in [7, np.int64(7)]:
-        envs = fresh(rows(env_id, num_envs=2), 3)
+        envs = environments.fresh(rows(env_id, num_envs=2), 3)
         envs.reset(seed=seed)
         assert envs.np_random_seed == 7 and type(envs.np_random_seed) is int
         drawn = envs.np_random.random()
@@ -346,7 +335,7 @@ def test_a_seed_is_that_of_the_generator_as_gymnasium_has_it(env_id):
 
 
 def test_call_gives_a_value_for_each_row_as_vectors_of_single_environments_do():
-    envs = fresh(rows(IDS[0], num_envs=3))
+    envs = environments.fresh(rows(environments.IDS[0], num_envs=3))
     with warnings.catch_warnings(record=True):  # there is no render_mode
         warnings.simplefilter("always")
         assert envs.call("render") == (None, None, None)
@@ -405,14 +394,14 @@ def of_both(env, make):
 
 def of_one(env_id):
     """Those of a single environment."""
-    env = fresh(single(env_id))
+    env = environments.fresh(environments.single(env_id))
     task = env.spec.kwargs["task"]  # Gymnasium's own `make` fails on most types of render_mode
     yield from of_both(env, lambda **settings: type(env)(task, **settings))
 
 
 def of_rows(env_id):
     """Those of a vector environment."""
-    envs = fresh(vector(env_id, 2))
+    envs = environments.fresh(environments.vector(env_id, 2))
     task = envs.spec.kwargs["task"]
     yield from of_both(envs, lambda **settings: type(envs)(task, **settings))
     names = ("num_envs", "max_episode_steps", "autoreset_mode", "num_threads")
@@ -424,7 +413,7 @@ def of_rows(env_id):
 
 def of_adapter(env_id):
     """Those of the adapter for Stable-Baselines3."""
-    envs = GymnasiumVecEnv(vector(env_id, 2, autoreset_mode="SameStep"))
+    envs = GymnasiumVecEnv(environments.vector(env_id, 2, autoreset_mode="SameStep"))
     envs.reset()
     yield "venv", GymnasiumVecEnv
     yield "eed", lambda v: (envs.seed(v), envs.reset())
@@ -457,7 +446,7 @@ def test_what_is_wrong_is_refused_by_name(env_id, calls):
 
 @pytest.mark.parametrize("row", [-1, -2, 2, 8, 5000, 0.0, True, None, "0", [0]])
 def test_a_moment_is_that_of_a_row(row):
-    envs = fresh(vector(QUICK[0], 2))
+    envs = environments.fresh(environments.vector(QUICK[0], 2))
     with pytest.raises(ValueError, match=r"row = .*; expected an integer from 0 to 1"):
         envs.moment(row)
     for good in (0, 1, np.int64(1)):
@@ -480,7 +469,7 @@ def no_collector():
 def test_rows_are_freed(n_rows, n_threads):
     envs = gym.make_vec("RigidEnvs/BallPark-v0", n_rows, num_threads=n_threads)
     envs.reset(seed=0)
-    envs.step(actions("RigidEnvs/BallPark-v0", 1, n_rows)[0])
+    envs.step(environments.actions("RigidEnvs/BallPark-v0", 1, n_rows)[0])
     envs.unwrapped.set_state(envs.unwrapped.get_state())
     rows = weakref.ref(envs.unwrapped._core)
     del envs
@@ -489,8 +478,8 @@ def test_rows_are_freed(n_rows, n_threads):
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_a_single_environment_is_freed(env_id):
-    env = fresh(gym.make(env_id))
-    env.step(actions(env_id, 1, 1)[0, 0])
+    env = environments.fresh(gym.make(env_id))
+    env.step(environments.actions(env_id, 1, 1)[0, 0])
     with pytest.raises(ValueError):
         env.reset(options={"state": "none"})
     row = weakref.ref(env.unwrapped._core)

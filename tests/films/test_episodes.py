@@ -11,13 +11,8 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores.policies import untrained_policy
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.watch import films
 from rigid_envs.watch.drawing import Drawing, Look
-from rigid_envs.watch.films import (
-    episode_pictures,
-    labelled,
-    pictures_per_second,
-    play_episode,
-)
 from rigid_envs.watch.pictures import show
 from rigid_envs.watch.replays.replay import moment_at
 
@@ -32,16 +27,16 @@ SMALL = Look(width=96, height=96)
 @cache
 def played(env_id, name="reference"):
     policy = untrained_policy(env_id, name)
-    return play_episode(policy, env_id, 7, label=policy.name)
+    return films.play_episode(policy, env_id, 7, label=policy.name)
 
 
 def pictures(found, **options):
-    return list(episode_pictures([(f.task, f.episode) for f in found], SMALL, **options))
+    return list(films.episode_pictures([(f.task, f.episode) for f in found], SMALL, **options))
 
 
 def test_a_film_lasts_as_long_as_the_longest_episode_and_its_end_stays():
     found = [played(PARK), played(PARK, "random")]
-    fps = pictures_per_second(found[0].task)
+    fps = films.pictures_per_second(found[0].task)
     shown = pictures(found, hold=0.5)
     seconds = 0.1 * max(len(f.episode) for f in found)
     assert fps == pytest.approx(30.0)
@@ -89,21 +84,21 @@ def test_pictures_of_two_episodes_are_side_by_side_under_their_labels():
 
 def test_no_labels_take_no_room_and_long_ones_are_cut():
     picture = np.zeros((96, 96, 3), np.uint8)
-    assert labelled([picture], [""]).shape == (96, 96, 3)
-    one, other = (labelled([picture], [text]) for text in ("x" * 100, "x" * 200))
+    assert films.labelled([picture], [""]).shape == (96, 96, 3)
+    one, other = (films.labelled([picture], [text]) for text in ("x" * 100, "x" * 200))
     assert np.array_equal(one, other)
-    short, none = (labelled([picture], [text])[: len(one) - 96] for text in ("x", " "))
+    short, none = (films.labelled([picture], [text])[: len(one) - 96] for text in ("x", " "))
     assert 0 < np.count_nonzero(short != none) < np.count_nonzero(one[: len(none)] != none)
     assert len(np.unique(none[:-1])) == 1  # a line below the text, and nothing else
     assert np.all(none[-1] == none[-1, 0]) and np.all(none[-1] != none[0])
-    narrow = labelled([np.zeros((8, 8, 3), np.uint8)], ["x" * 9])
+    narrow = films.labelled([np.zeros((8, 8, 3), np.uint8)], ["x" * 9])
     assert narrow.shape[1] == 8
 
 
 def test_a_line_stands_between_neighbours_and_nowhere_else():
     picture = np.zeros((8, 8, 3), np.uint8)
     for n, lines in ((1, []), (2, [8]), (9, [8, 16])):
-        page = labelled([picture] * n, [""] * n)
+        page = films.labelled([picture] * n, [""] * n)
         assert np.flatnonzero(page.any(axis=(0, 2))).tolist() == lines
 
 
@@ -150,7 +145,7 @@ def test_a_caption_says_who_and_how_well():
 def test_episodes_of_several_tasks_share_a_film():
     found = [played(PARK), played("RigidEnvs/SleepingTop-v0", "zero")]
     tasks = [each.task for each in found]
-    assert pictures_per_second(*tasks) == pictures_per_second(tasks[1]) == 40.0
+    assert films.pictures_per_second(*tasks) == films.pictures_per_second(tasks[1]) == 40.0
     seconds = max(len(each.episode) * each.task.dt for each in found)
     assert len(pictures(found, fps=5.0, hold=0.0)) == round(seconds * 5.0) + 1
 
@@ -160,7 +155,7 @@ def test_what_draws_is_closed_also_if_no_more_pictures_are_taken(monkeypatch):
     close = Drawing.close
     monkeypatch.setattr(Drawing, "close", lambda each: (closed.append(each), close(each)))
     found = played(PARK, "zero")
-    source = episode_pictures([(found.task, found.episode)] * 2, SMALL)
+    source = films.episode_pictures([(found.task, found.episode)] * 2, SMALL)
     next(source)
     assert not closed
     del source
@@ -171,18 +166,18 @@ def test_what_is_no_setting_of_the_task_is_not_played():
     policy = untrained_policy(PARK, "zero")
     for name in ("num_envs", "max_episode_steps", "radii"):
         with pytest.raises(ConfigError, match=f"^config.{name}: unknown key"):
-            play_episode(policy, PARK, 7, {name: 2})
+            films.play_episode(policy, PARK, 7, {name: 2})
 
 
 def test_nothing_to_show_and_numbers_that_cannot_be_are_refused():
     with pytest.raises(ValueError, match=r"episodes = \(\); expected at least one"):
-        next(episode_pictures([]))
+        next(films.episode_pictures([]))
     found = played(PARK)
     for name, bad in (("fps", (0.0, -1.0)), ("speed", (0.0, -1.0)), ("hold", (-1.0,))):
         for value in (*bad, np.nan, np.inf, "1"):
             options = {name: value}
             with pytest.raises(ValueError, match=f"^{name} = {value!r}; expected"):
-                next(episode_pictures([(found.task, found.episode)], SMALL, **options))
+                next(films.episode_pictures([(found.task, found.episode)], SMALL, **options))
 
 
 @pytest.mark.push

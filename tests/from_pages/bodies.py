@@ -6,14 +6,7 @@ from typing import Any
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from tests.from_pages.attitudes import (
-    compose,
-    draw,
-    inverse,
-    matrix,
-    quaternion_rate,
-    rotation_vector,
-)
+from tests.from_pages import attitudes
 from tests.from_pages.model import Page, in_ball, in_disk, near, single, uniform
 from tests.vectors import cross
 
@@ -43,7 +36,7 @@ class FreeBody(Page):
         omega, moments = y[4:7], self.moments
         (I1, I2, I3), (w1, w2, w3) = moments, omega
         gyroscopic = np.array([(I2 - I3) * w2 * w3, (I3 - I1) * w3 * w1, (I1 - I2) * w1 * w2])
-        return np.concatenate([quaternion_rate(y[:4], omega), (gyroscopic + u) / moments])
+        return np.concatenate([attitudes.quaternion_rate(y[:4], omega), (gyroscopic + u) / moments])
 
     @property
     def rate(self) -> float:
@@ -57,7 +50,7 @@ class FreeBody(Page):
 
     def draw_state(self, rng: np.random.Generator) -> Array:
         """Attitude uniform on SO(3)."""
-        return np.concatenate([draw(rng), self.draw_omega(rng)])
+        return np.concatenate([attitudes.draw(rng), self.draw_omega(rng)])
 
     @abstractmethod
     def draw_omega(self, rng: np.random.Generator) -> Array:
@@ -380,8 +373,8 @@ class Reorient(FreeBody):
 
     def poses(self) -> tuple[Array, Array]:
         """Achieved and desired goal, as observed."""
-        achieved = [*matrix(self.y[:4]).ravel(), *self.features()]
-        desired = [*matrix(self.aux).ravel(), 0.0, 0.0, 0.0]
+        achieved = [*attitudes.matrix(self.y[:4]).ravel(), *self.features()]
+        desired = [*attitudes.matrix(self.aux).ravel(), 0.0, 0.0, 0.0]
         return np.array(achieved, dtype=np.float32), np.array(desired, dtype=np.float32)
 
     def observe(self) -> Any:
@@ -409,7 +402,9 @@ class Reorient(FreeBody):
 
     def turn_left(self) -> tuple[Array, Array, Array]:
         """theta, spare and the signs of *Reduced Frame*."""
-        theta = rotation_vector(compose(inverse(self.y[:4]), self.aux))
+        theta = attitudes.rotation_vector(
+            attitudes.compose(attitudes.inverse(self.y[:4]), self.aux)
+        )
         braking = self.middle_moments * self.omega * np.abs(self.omega) / (2 * self.torque)
         spare = theta - braking
         S1, S2 = (-1.0 if x < 0 else 1.0 for x in spare[:2])
@@ -441,7 +436,7 @@ class Reorient(FreeBody):
 
     def draw_aux(self, rng: np.random.Generator) -> Array:
         """The attitude of the goal."""
-        return draw(rng)
+        return attitudes.draw(rng)
 
 
 KINDS: tuple[type[Page], ...] = (

@@ -5,27 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from tests.from_pages import balls, side_by_side
 from tests.from_pages.attitudes import compose, of_matrix, of_rotation_vector
-from tests.from_pages.balls import (
-    BallGrid,
-    BallPark,
-    BallParkGoal,
-    BallParkRandom,
-    BallReorient,
-    BallSteer,
-)
 from tests.from_pages.pushed_balls import BallParkDynamic, BallPlate
-from tests.from_pages.side_by_side import (
-    actions,
-    alike,
-    begin,
-    both,
-    environment,
-    hidden,
-    play,
-    play_many,
-    started,
-)
 
 # Both sides are closed forms in float64: errors of some 1e-16 per step, which the roots, rounded
 # off at 0.001, magnify to at most 30 times as much.
@@ -51,21 +33,21 @@ TABLE_ERROR = {n: (5.0 * 0.1 / n) ** 4 for n in (ROUGH, SMOOTH)}  # 4e-3 and 2e-
 # A reduced frame is a kernel of its own, and another with a delay: at a push, of few ids.
 long = pytest.mark.long
 
-POSES = (BallPark, BallParkRandom, BallReorient)
+POSES = (balls.BallPark, balls.BallParkRandom, balls.BallReorient)
 PARKING = [
     *((kind, {}) for kind in POSES),
-    *((BallPark, {"rotation": way}) for way in ("rot6d", "quat", "euler", "none")),
-    (BallPark, {"weight_angle": 0.3, "weight_twist": -0.5, "weight_position": 0.2}),
-    (BallPark, {"dt": 0.04, "roll_per_step": 0.7, "radius": 0.3, "n_substeps": 3}),
-    (BallPark, {"radius": 0.02}),  # 50 radii and more from the goal
-    (BallPark, {"action_delay": 2}),
-    (BallParkRandom, {"observe_params": True, "radius": (0.1, 5.0)}),
+    *((balls.BallPark, {"rotation": way}) for way in ("rot6d", "quat", "euler", "none")),
+    (balls.BallPark, {"weight_angle": 0.3, "weight_twist": -0.5, "weight_position": 0.2}),
+    (balls.BallPark, {"dt": 0.04, "roll_per_step": 0.7, "radius": 0.3, "n_substeps": 3}),
+    (balls.BallPark, {"radius": 0.02}),  # 50 radii and more from the goal
+    (balls.BallPark, {"action_delay": 2}),
+    (balls.BallParkRandom, {"observe_params": True, "radius": (0.1, 5.0)}),
 ]
 
 
 @pytest.mark.parametrize(("kind", "settings"), PARKING)
 def test_a_ball_that_parks_does_what_its_page_says(kind, settings):
-    play_many(kind, 40, EXACT, n=3, **settings)
+    side_by_side.play_many(kind, 40, EXACT, n=3, **settings)
 
 
 @pytest.mark.parametrize(
@@ -76,7 +58,7 @@ def test_a_ball_that_parks_does_what_its_page_says(kind, settings):
     ],
 )
 def test_the_reduced_frame_of_parking_is_that_of_the_page(kind, delay):
-    play_many(kind, 40, ROOTS, n=4, frame="reduced", action_delay=delay)
+    side_by_side.play_many(kind, 40, ROOTS, n=4, frame="reduced", action_delay=delay)
 
 
 @pytest.mark.parametrize(
@@ -89,31 +71,33 @@ def test_the_reduced_frame_of_parking_is_that_of_the_page(kind, delay):
     ],
 )
 def test_the_reduced_frame_has_a_direction_where_there_is_no_offset(q, position):
-    env, model = both(BallPark, frame="reduced", position_tolerance=1e-6)
-    begin(env, model, {"q": q, "position": position})
-    play(env, model, [np.array([0.7, 0.2], dtype=np.float32)], ROOTS)
+    env, model = side_by_side.both(balls.BallPark, frame="reduced", position_tolerance=1e-6)
+    side_by_side.begin(env, model, {"q": q, "position": position})
+    side_by_side.play(env, model, [np.array([0.7, 0.2], dtype=np.float32)], ROOTS)
 
 
 @pytest.mark.parametrize("kind", POSES)
 def test_a_ball_is_parked_within_both_tolerances_and_not_beside_them(kind):
-    env, model = both(kind, position_tolerance=0.2, angle_tolerance=0.3)
+    env, model = side_by_side.both(kind, position_tolerance=0.2, angle_tolerance=0.3)
     rng, successes = np.random.default_rng(3), 0
     for _ in range(60):
         offset, theta = rng.uniform(-0.25, 0.25, 2), rng.uniform(-0.25, 0.25, 3)
         state = {"q": of_rotation_vector(theta), "position": offset}
-        begin(env, model, state, model.draw_params(rng))
-        successes += play(env, model, 0.1 * actions(rng, 20, 2), EXACT)
+        side_by_side.begin(env, model, state, model.draw_params(rng))
+        successes += side_by_side.play(env, model, 0.1 * side_by_side.actions(rng, 20, 2), EXACT)
     assert 20 <= successes <= 58
 
 
 @pytest.mark.parametrize("settings", [{}, {"weight_distance": 0.7, "radius": (0.5, 0.9)}])
 def test_a_ball_with_a_goal_does_what_its_page_says(settings):
-    play_many(BallParkGoal, 100, EXACT, n=3, **settings)
+    side_by_side.play_many(balls.BallParkGoal, 100, EXACT, n=3, **settings)
 
 
 @long
 def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less():
-    env, model = both(BallParkGoal, frame="reduced", position_tolerance=0.5, angle_tolerance=0.5)
+    env, model = side_by_side.both(
+        balls.BallParkGoal, frame="reduced", position_tolerance=0.5, angle_tolerance=0.5
+    )
     rng, successes = np.random.default_rng(5), 0
     for seed in range(8):
         seen, _ = env.reset(seed=seed)
@@ -122,14 +106,14 @@ def test_a_ball_stays_at_its_goal_in_the_reduced_frame_and_earns_nothing_less():
             of_rotation_vector(rng.uniform(-0.4, 0.4, 3)), of_matrix(goal[2:].reshape(3, 3))
         )
         state = {"q": q, "position": goal[:2] + rng.uniform(-0.4, 0.4, 2)}
-        begin(env, model, state, seed=seed, goal=goal)
-        successes += play(env, model, actions(rng, 30, 2), ROUNDED_GOAL)
+        side_by_side.begin(env, model, state, seed=seed, goal=goal)
+        successes += side_by_side.play(env, model, side_by_side.actions(rng, 30, 2), ROUNDED_GOAL)
     assert successes >= 2
 
 
 def test_rewards_of_goals_are_computed_anew_as_the_page_says():
     settings = {"weight_distance": 0.5, "angle_tolerance": 1.5, "position_tolerance": 2.0}
-    env, model = both(BallParkGoal, **settings)
+    env, model = side_by_side.both(balls.BallParkGoal, **settings)
     rng = np.random.default_rng(6)
     pairs = [(model.draw(rng)["goal"], model.draw(rng)["goal"]) for _ in range(300)]
     expected = []
@@ -144,9 +128,9 @@ def test_rewards_of_goals_are_computed_anew_as_the_page_says():
 
 @pytest.mark.parametrize(("X", "parked"), [(0.5, True), (math.nextafter(0.5, 1.0), False)])
 def test_a_ball_at_the_edge_of_the_tolerance_is_parked(X, parked):
-    env, model = both(BallPark, position_tolerance=0.5)
-    begin(env, model, {"q": [1.0, 0.0, 0.0, 0.0], "position": [X, 0.0]})
-    assert play(env, model, [[0.0, 0.0]], EXACT) == parked
+    env, model = side_by_side.both(balls.BallPark, position_tolerance=0.5)
+    side_by_side.begin(env, model, {"q": [1.0, 0.0, 0.0, 0.0], "position": [X, 0.0]})
+    assert side_by_side.play(env, model, [[0.0, 0.0]], EXACT) == parked
 
 
 @pytest.mark.parametrize(
@@ -160,14 +144,14 @@ def test_a_ball_at_the_edge_of_the_tolerance_is_parked(X, parked):
     ],
 )
 def test_a_ball_on_a_grid_does_what_its_page_says(settings):
-    env, model = both(BallGrid, **settings)
+    env, model = side_by_side.both(balls.BallGrid, **settings)
     rng, successes = np.random.default_rng(8), 0
     for _ in range(20):
-        seen = begin(env, model, model.draw(rng))
-        alike(seen, model.observe(), EXACT)
+        seen = side_by_side.begin(env, model, model.draw(rng))
+        side_by_side.alike(seen, model.observe(), EXACT)
         # the next choice is often the opposite of the last: so home is reached, from home at once
         choices = np.cumsum(rng.choice([0, 1, 2, 2], 30)) % 4
-        successes += play(env, model, choices, EXACT)
+        successes += side_by_side.play(env, model, choices, EXACT)
     assert successes or settings.get("start_cells", 4) > 1
 
 
@@ -184,19 +168,19 @@ def test_a_ball_on_a_grid_does_what_its_page_says(settings):
     ],
 )
 def test_a_ball_that_follows_does_what_its_page_says(settings):
-    play_many(BallSteer, 100, EXACT, n=3, **settings)
+    side_by_side.play_many(balls.BallSteer, 100, EXACT, n=3, **settings)
 
 
 def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound():
-    env, model = both(BallSteer, start_offset=0.1, start_angle=0.2, bound=0.3)
+    env, model = side_by_side.both(balls.BallSteer, start_offset=0.1, start_angle=0.2, bound=0.3)
     outcomes = []
     for seed in range(6):
         seen, _ = env.reset(seed=seed)
-        y, aux = env.unwrapped.y, hidden(env)
+        y, aux = env.unwrapped.y, side_by_side.hidden(env)
         model.begin(q=y[:4], position=y[4:], aux=aux)
-        alike(seen, model.observe(), EXACT)
+        side_by_side.alike(seen, model.observe(), EXACT)
         copied = (model.leading() + 0.02 * (seed - 2) for _ in range(300))
-        outcomes.append(play(env, model, copied, 1e-11))  # roundings of 300 steps
+        outcomes.append(side_by_side.play(env, model, copied, 1e-11))  # roundings of 300 steps
     assert len(set(outcomes)) == 2
 
 
@@ -213,7 +197,7 @@ def test_a_ball_succeeds_while_its_mean_error_is_within_the_bound():
 def test_a_ball_with_inertia_does_what_its_page_says(settings):
     settings = {"n_substeps": FINE, **settings}
     tolerance = INTEGRATED[settings["n_substeps"]]
-    play_many(BallParkDynamic, 40, tolerance, n=2, at_start=EXACT, **settings)
+    side_by_side.play_many(BallParkDynamic, 40, tolerance, n=2, at_start=EXACT, **settings)
 
 
 @pytest.mark.parametrize(
@@ -222,42 +206,44 @@ def test_a_ball_with_inertia_does_what_its_page_says(settings):
 def test_the_reduced_frame_of_a_ball_with_inertia_is_that_of_the_page(turntable_rate, delay):
     settings = {"frame": "reduced", "turntable_rate": turntable_rate, "action_delay": delay}
     settings |= {"n_substeps": FINE, "m": (0.5, 2.0), "beta": (0.3, 0.6)}
-    env, model = both(BallParkDynamic, **settings)
+    env, model = side_by_side.both(BallParkDynamic, **settings)
     rng = np.random.default_rng(13)
     for _ in range(3):
         start = {**model.draw(rng), "velocity": rng.uniform(-1.0, 1.0, 2)}
-        seen = begin(env, model, start, model.draw_params(rng))
-        alike(seen, model.observe(), ROOTS)
+        seen = side_by_side.begin(env, model, start, model.draw_params(rng))
+        side_by_side.alike(seen, model.observe(), ROOTS)
         # the roots of components that may be as small as 1e-4 magnify by 50
-        play(env, model, actions(rng, 30, 2), 50.0 * INTEGRATED[FINE])
+        side_by_side.play(env, model, side_by_side.actions(rng, 30, 2), 50.0 * INTEGRATED[FINE])
 
 
 def test_a_ball_with_inertia_is_parked_at_rest_and_not_beside_its_tolerances():
     settings = {"position_tolerance": 0.2, "angle_tolerance": 0.3, "speed_tolerance": 0.2}
-    env, model = both(BallParkDynamic, **settings)
+    env, model = side_by_side.both(BallParkDynamic, **settings)
     rng, successes = np.random.default_rng(14), 0
     for _ in range(30):
         theta, offset = rng.uniform(-0.2, 0.2, 3), rng.uniform(-0.2, 0.2, 2)
         velocity = rng.uniform(-0.3, 0.3, 2)
         state = {"q": of_rotation_vector(theta), "position": offset, "velocity": velocity}
-        begin(env, model, state)
-        successes += play(env, model, 0.1 * actions(rng, 5, 2), INTEGRATED[COARSE])
+        side_by_side.begin(env, model, state)
+        successes += side_by_side.play(
+            env, model, 0.1 * side_by_side.actions(rng, 5, 2), INTEGRATED[COARSE]
+        )
     assert 5 <= successes <= 28
 
 
 def test_a_ball_with_inertia_falls_off_the_plate_at_its_edge():
-    env, model = both(BallParkDynamic, start_half_width=1.0, margin=0.5)
+    env, model = side_by_side.both(BallParkDynamic, start_half_width=1.0, margin=0.5)
     rng = np.random.default_rng(15)
     for _ in range(5):
-        begin(env, model, model.draw(rng))
+        side_by_side.begin(env, model, model.draw(rng))
         heading = rng.uniform(0.0, 2.0 * math.pi)
         action = np.array([math.cos(heading), math.sin(heading)])
-        assert not play(env, model, [action] * 100, INTEGRATED[COARSE])
+        assert not side_by_side.play(env, model, [action] * 100, INTEGRATED[COARSE])
         assert math.hypot(*model.position) > math.sqrt(2.0) + 0.5
     for offset in (-1e-3, 1e-3):
         at_rest = {"position": [math.sqrt(2.0) + 0.5 + offset, 0.0], "velocity": [0.0, 0.0]}
-        begin(env, model, {"q": [1.0, 0.0, 0.0, 0.0], **at_rest})
-        play(env, model, [[0.0, 0.0]], INTEGRATED[COARSE])
+        side_by_side.begin(env, model, {"q": [1.0, 0.0, 0.0, 0.0], **at_rest})
+        side_by_side.play(env, model, [[0.0, 0.0]], INTEGRATED[COARSE])
 
 
 TABLES = [
@@ -278,56 +264,60 @@ TABLES = [
 def test_a_ball_on_a_table_does_what_its_page_says(settings):
     settings = {"n_substeps": SMOOTH, **settings}
     tolerance = TABLE_ERROR[settings["n_substeps"]]
-    play_many(BallPlate, 40, tolerance, n=2, at_start=EXACT, **settings)
+    side_by_side.play_many(BallPlate, 40, tolerance, n=2, at_start=EXACT, **settings)
 
 
 def test_a_table_that_starts_tilted_and_turning_stops_within_its_limit():
-    env, model = both(BallPlate, n_substeps=SMOOTH)
+    env, model = side_by_side.both(BallPlate, n_substeps=SMOOTH)
     rng = np.random.default_rng(18)
     for seed in range(4):
         tilted = {"tilt": rng.uniform(-0.15, 0.15, 2), "tilt_rate": rng.uniform(-0.5, 0.5, 2)}
-        started(env, model, rng, seed, **tilted, spin=rng.uniform(-2.0, 2.0))
-        play(env, model, np.ones((30, 2), dtype=np.float32), TABLE_ERROR[SMOOTH])
+        side_by_side.started(env, model, rng, seed, **tilted, spin=rng.uniform(-2.0, 2.0))
+        side_by_side.play(env, model, np.ones((30, 2), dtype=np.float32), TABLE_ERROR[SMOOTH])
 
 
 @pytest.mark.parametrize("hold", [0.0, 0.3, 0.35, 2.0])
 def test_a_ball_is_held_for_the_time_that_the_page_says(hold):
-    env, model = both(BallPlate, hold=hold, tolerance=0.1, n_substeps=SMOOTH)
+    env, model = side_by_side.both(BallPlate, hold=hold, tolerance=0.1, n_substeps=SMOOTH)
     rng, successes = np.random.default_rng(19), 0
     for seed in range(6):
         env.reset(seed=seed)
-        near = {"position": hidden(env)[:2] + np.array([0.05, 0.0])}
+        near = {"position": side_by_side.hidden(env)[:2] + np.array([0.05, 0.0])}
         near["velocity"] = rng.uniform(-0.05, 0.05, 2)
-        started(env, model, rng, seed, **near)
-        successes += play(env, model, np.zeros((30, 2), dtype=np.float32), TABLE_ERROR[SMOOTH])
+        side_by_side.started(env, model, rng, seed, **near)
+        successes += side_by_side.play(
+            env, model, np.zeros((30, 2), dtype=np.float32), TABLE_ERROR[SMOOTH]
+        )
     assert successes > 0
 
 
 @pytest.mark.parametrize(("X", "near"), [(0.0625, False), (math.nextafter(0.0625, 0.0), True)])
 def test_a_ball_at_the_edge_of_the_tolerance_is_not_near_its_point(X, near):
-    env, model = both(BallPlate, start_radius=0.0, tolerance=0.0625, hold=0.1)
+    env, model = side_by_side.both(BallPlate, start_radius=0.0, tolerance=0.0625, hold=0.1)
     at_rest = {"position": [X, 0.0], "velocity": [0.0, 0.0]}
-    started(env, model, np.random.default_rng(25), 0, **at_rest)
-    assert play(env, model, [[0.0, 0.0]], EXACT) == near
+    side_by_side.started(env, model, np.random.default_rng(25), 0, **at_rest)
+    assert side_by_side.play(env, model, [[0.0, 0.0]], EXACT) == near
 
 
 def test_a_ball_falls_off_the_table_at_its_edge():
-    env, model = both(BallPlate, start_radius=1.0, margin=0.3, tilt_limit=0.3, n_substeps=SMOOTH)
+    env, model = side_by_side.both(
+        BallPlate, start_radius=1.0, margin=0.3, tilt_limit=0.3, n_substeps=SMOOTH
+    )
     rng = np.random.default_rng(20)
     for seed in range(3):
-        started(env, model, rng, seed)
-        assert not play(
+        side_by_side.started(env, model, rng, seed)
+        assert not side_by_side.play(
             env, model, np.tile([1.0, -0.5], (200, 1)), 100.0 * TABLE_ERROR[SMOOTH]
         )  # 7 s
         assert math.hypot(*model.y[4:6]) > 1.3
 
 
 def test_a_ball_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward():
-    env, model = environment("BallParkDynamic"), BallParkDynamic(n_substeps=COARSE)
+    env, model = side_by_side.environment("BallParkDynamic"), BallParkDynamic(n_substeps=COARSE)
     rng, ended = np.random.default_rng(22), 0
     for speed in np.linspace(14.0, 14.95, 12):
-        begin(env, model, {**model.draw(rng), "velocity": [speed, 0.0]})
-        play(env, model, [[1.0, 0.0]], 50.0 * INTEGRATED[COARSE])  # 15 rad/s, not 4
+        side_by_side.begin(env, model, {**model.draw(rng), "velocity": [speed, 0.0]})
+        side_by_side.play(env, model, [[1.0, 0.0]], 50.0 * INTEGRATED[COARSE])  # 15 rad/s, not 4
         if model.rate > 15.0:
             ended += 1
             assert env.unwrapped.y.tolist() == [1.0] + 12 * [0.0]
@@ -337,7 +327,7 @@ def test_a_ball_that_is_too_fast_for_the_integrator_ends_the_episode_without_rew
 
 
 def test_a_number_above_1e9_ends_the_episode_without_reward():
-    env = environment("BallPark", radius=100.0)
+    env = side_by_side.environment("BallPark", radius=100.0)
     env.reset(seed=0, options={"state": {"position": [1e9 - 10.0, 0.0]}})
     _, reward, terminated, _, info = env.step(np.array([1.0, 0.0], dtype=np.float32))
     assert terminated and info["physics_error"] and reward == 0.0 and info["cost"] == 0.0
@@ -346,8 +336,8 @@ def test_a_number_above_1e9_ends_the_episode_without_reward():
 # As above. Roots of components of 1e-6, which are not rounded off, magnify by 500; roundings add up
 # over 300 steps; on the table, errors of a velocity add up to those of a position for 20 s.
 WIDE = [
-    *((kind, 1, 100, EXACT) for kind in (*POSES, BallParkGoal)),
-    (BallSteer, 1, 300, 10.0 * EXACT),
+    *((kind, 1, 100, EXACT) for kind in (*POSES, balls.BallParkGoal)),
+    (balls.BallSteer, 1, 300, 10.0 * EXACT),
     (BallParkDynamic, FINE, 100, INTEGRATED[FINE]),
     (BallPlate, SMOOTH, 200, 100.0 * TABLE_ERROR[SMOOTH]),
 ]
@@ -358,5 +348,5 @@ WIDE = [
 @pytest.mark.parametrize(("kind", "n_substeps", "steps", "tolerance"), WIDE)
 def test_many_episodes_of_a_ball_are_what_its_page_says(kind, n_substeps, steps, tolerance, frame):
     if frame == "reduced":
-        tolerance = 500.0 * max(tolerance, ROUNDED_GOAL if kind is BallParkGoal else ROOTS)
-    play_many(kind, steps, tolerance, n_substeps=n_substeps, frame=frame)
+        tolerance = 500.0 * max(tolerance, ROUNDED_GOAL if kind is balls.BallParkGoal else ROOTS)
+    side_by_side.play_many(kind, steps, tolerance, n_substeps=n_substeps, frame=frame)

@@ -9,17 +9,7 @@ import pytest
 from scipy.stats import ks_2samp, kstest
 
 from rigid_envs.base.checks import Array
-from tests.from_pages import balls, bodies, pushed_balls, tops, wheels
-from tests.from_pages.side_by_side import (
-    actions,
-    alike,
-    begin,
-    both,
-    drawn,
-    play,
-    play_many,
-    started,
-)
+from tests.from_pages import balls, bodies, pushed_balls, side_by_side, tops, wheels
 from tests.from_pages.wheels import CoinPark, DiskRoll, DiskRollRandom, RollPump, attitude_of, seen
 
 # Disks, a coin and a roller rebuilt from their pages do what the environments do.
@@ -37,8 +27,8 @@ DISK_ERROR = {n: 200.0 * (5.0 * 0.05 / n) ** 4 for n in (FEW, MANY)}  # 3e-3 and
 
 def on_rim(env, model, rng, seed, **more):
     """Begin an episode with a start of ours and a goal of theirs."""
-    observed = started(env, model, rng, seed, **more)
-    alike(observed, model.observe(), EXACT)
+    observed = side_by_side.started(env, model, rng, seed, **more)
+    side_by_side.alike(observed, model.observe(), EXACT)
 
 
 long = pytest.mark.long  # a reduced frame with a delay is a kernel of its own
@@ -59,37 +49,39 @@ DISKS = [
 def test_a_disk_does_what_its_page_says(kind, settings):
     settings = {"n_substeps": MANY, **settings}
     tolerance = DISK_ERROR[settings["n_substeps"]]
-    play_many(kind, 35, tolerance, n=3, at_start=EXACT, **settings)
+    side_by_side.play_many(kind, 35, tolerance, n=3, at_start=EXACT, **settings)
 
 
 @pytest.mark.parametrize("frame", ["world", "reduced"])
 def test_a_wheels_backwards_or_spins_on_the_spot_does_what_its_page_says(frame):
-    env, model = both(DiskRoll, n_substeps=MANY, frame=frame)
+    env, model = side_by_side.both(DiskRoll, n_substeps=MANY, frame=frame)
     rng = np.random.default_rng(2)
     for omega in ([0.1, 0.2, -1.5], [1.0, 2.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 1e-6]):
         on_rim(env, model, rng, 0, omega_body=omega)
     on_rim(env, model, rng, 1, omega_body=[0.1, 0.2, -1.5])
-    play(env, model, actions(rng, 20, 1), DISK_ERROR[MANY])
+    side_by_side.play(env, model, side_by_side.actions(rng, 20, 1), DISK_ERROR[MANY])
 
 
 def test_a_disk_has_fallen_at_60_degrees():
-    env, model = both(DiskRoll, n_substeps=MANY, hold=0.0)
+    env, model = side_by_side.both(DiskRoll, n_substeps=MANY, hold=0.0)
     rng = np.random.default_rng(3)
     for seed in range(2):
         on_rim(env, model, rng, seed, omega_body=[0.0, 0.0, 0.0])
         # with `hold` = 0 every step is a success, but not that of the fall
         torque = np.full((200, 1), 0.6 * seed - 0.3, dtype=np.float32)
-        assert not play(env, model, torque, DISK_ERROR[MANY])
+        assert not side_by_side.play(env, model, torque, DISK_ERROR[MANY])
         assert abs(seen(model.y).lean) > np.pi / 3
 
 
 @pytest.mark.parametrize("hold", [0.0, 0.1, 0.12])
 def test_a_disk_holds_its_circle_for_the_time_that_the_page_says(hold):
-    env, model = both(DiskRoll, n_substeps=MANY, hold=hold, tolerance=0.9)
+    env, model = side_by_side.both(DiskRoll, n_substeps=MANY, hold=hold, tolerance=0.9)
     rng, successes = np.random.default_rng(4), 0
     for seed in range(5):
         on_rim(env, model, rng, seed)
-        successes += play(env, model, actions(rng, 12, 1), DISK_ERROR[MANY])
+        successes += side_by_side.play(
+            env, model, side_by_side.actions(rng, 12, 1), DISK_ERROR[MANY]
+        )
     assert successes >= 1
 
 
@@ -118,30 +110,32 @@ COINS = [
 def test_a_coin_does_what_its_page_says(settings):
     settings = {"n_substeps": SPLIT, **settings}
     exact = EXACT if settings["n_substeps"] == SPLIT else ARCS
-    play_many(CoinPark, 50, SHARP if "frame" in settings else exact, n=4, **settings)
+    side_by_side.play_many(CoinPark, 50, SHARP if "frame" in settings else exact, n=4, **settings)
 
 
 @pytest.mark.parametrize("rates", [{}, {"steer_rate": 2.0, "roll_rate": -3.0}])
 def test_a_coin_is_parked_within_its_tolerances_and_not_beside_them(rates):
-    env, model = both(CoinPark)
+    env, model = side_by_side.both(CoinPark)
     rng, successes = np.random.default_rng(7), 0
     for _ in range(60):
         q = attitude_of(rng.uniform(-0.12, 0.12), rng.uniform(-0.18, 0.18))
-        begin(env, model, {"q": q, "contact": rng.uniform(-0.1, 0.1, 2), **rates})
-        successes += play(env, model, 0.05 * actions(rng, 9, 2), EXACT)
+        side_by_side.begin(env, model, {"q": q, "contact": rng.uniform(-0.1, 0.1, 2), **rates})
+        successes += side_by_side.play(env, model, 0.05 * side_by_side.actions(rng, 9, 2), EXACT)
     assert 20 <= successes <= 58
 
 
 def test_a_coin_at_the_edge_of_the_tolerance_is_parked():
-    env, model = both(CoinPark, position_tolerance=0.5, heading_tolerance=0.3, phase_tolerance=0.3)
+    env, model = side_by_side.both(
+        CoinPark, position_tolerance=0.5, heading_tolerance=0.3, phase_tolerance=0.3
+    )
     for y, heading, phase, parked in (
         *((0.5, 0.1, -0.2, True), (-0.5, 0.1, -0.2, True)),
         *((np.nextafter(0.5, 1.0), 0.1, -0.2, False), (0.1, 0.3 - 1e-9, 0.0, True)),
         *((0.1, -0.3 - 1e-9, 0.0, False), (0.1, 0.0, 0.3 - 1e-9, True)),
         *((0.1, 0.0, 0.3 + 1e-9, False), (0.1, 0.0, -0.3 - 1e-9, False)),
     ):
-        begin(env, model, {"q": attitude_of(heading, phase), "contact": [0.0, y]})
-        assert play(env, model, [[0.0, 0.0]], EXACT) == parked
+        side_by_side.begin(env, model, {"q": attitude_of(heading, phase), "contact": [0.0, y]})
+        assert side_by_side.play(env, model, [[0.0, 0.0]], EXACT) == parked
 
 
 # As for disks; a roller swings at 1.7 rad/s, for up to 40 s, and its energy decides.
@@ -163,37 +157,39 @@ ROLLERS = [
 def test_a_roller_does_what_its_page_says(settings):
     settings = {"n_substeps": FINE, **settings}
     tolerance = ROLLER_ERROR[settings["n_substeps"]]
-    play_many(RollPump, 60, tolerance, n=3, at_start=EXACT, **settings)
+    side_by_side.play_many(RollPump, 60, tolerance, n=3, at_start=EXACT, **settings)
 
 
 @pytest.mark.parametrize("frame", ["world", "reduced"])
 def test_a_roller_that_pumps_passes_the_rim(frame):
-    env, model = both(RollPump, n_substeps=FINE, start_part=0.8, frame=frame)
+    env, model = side_by_side.both(RollPump, n_substeps=FINE, start_part=0.8, frame=frame)
     rng, successes = np.random.default_rng(10), 0
     for velocity in (0.0, 3.0, -5.0):
-        begin(env, model, {**model.draw(rng), "velocity": velocity})
+        side_by_side.begin(env, model, {**model.draw(rng), "velocity": velocity})
         # large during descent, small during ascent
         pump = ([-np.sign(model.y[0] * model.y[1])] for _ in range(400))
-        successes += play(env, model, pump, ROLLER_ERROR[FINE])
+        successes += side_by_side.play(env, model, pump, ROLLER_ERROR[FINE])
     assert successes == 3
 
 
 def test_a_disk_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward():
-    env, model = both(DiskRoll)
+    env, model = side_by_side.both(DiskRoll)
     rng, ended = np.random.default_rng(12), 0
     for k, spin in enumerate(np.linspace(26.0, 26.8, 12)):
         on_rim(env, model, rng, k, omega_body=[0.0, 0.0, spin])
         # 10 times as fast as the disks above, and 3 substeps
-        ended += not play(env, model, [[1.0]], 1e4 * DISK_ERROR[FEW]) and model.rate > 30.0
+        ended += (
+            not side_by_side.play(env, model, [[1.0]], 1e4 * DISK_ERROR[FEW]) and model.rate > 30.0
+        )
     assert 0 < ended < 12
 
 
 def test_a_roller_that_is_too_fast_for_the_integrator_ends_the_episode_without_reward():
-    env, model = both(RollPump)
+    env, model = side_by_side.both(RollPump)
     ended = 0
     for speed in np.linspace(24.6, 24.99, 8):
-        begin(env, model, {"arc_length": -3.0, "velocity": speed})
-        play(env, model, [[-1.0]], 10.0 * ROLLER_ERROR[ROUGH])
+        side_by_side.begin(env, model, {"arc_length": -3.0, "velocity": speed})
+        side_by_side.play(env, model, [[-1.0]], 10.0 * ROLLER_ERROR[ROUGH])
         ended += model.rate > 5.0
     assert 0 < ended < 8
 
@@ -213,7 +209,7 @@ WIDE = [
 def test_many_episodes_are_what_the_page_says(kind, n_substeps, steps, tolerance, frame):
     # roots of the coin that are not rounded off, of 1e-8
     tolerance *= 1e4 if kind is CoinPark and frame == "reduced" else 1.0
-    play_many(kind, steps, tolerance, n_substeps=n_substeps, frame=frame)
+    side_by_side.play_many(kind, steps, tolerance, n_substeps=n_substeps, frame=frame)
 
 
 # Episodes begin as the pages say: starts, and what is seen first, are distributed as theirs.
@@ -246,7 +242,7 @@ def test_episodes_begin_as_the_page_says(kind):
     if kind.defaults()["rotation"] == "none" and kind is not wheels.RollPump:
         shown["rotation"] = "matrix"
     model, rng = kind(**shown), np.random.default_rng(7)
-    y, seen, envs = drawn(kind, N, **shown)
+    y, seen, envs = side_by_side.drawn(kind, N, **shown)
     aux, parts = envs.unwrapped.get_state().get("aux", []), envs.unwrapped.task.system_type
     ours, theirs = [], []
     for k in range(N):
@@ -270,7 +266,7 @@ def test_episodes_begin_as_the_page_says(kind):
 @cache
 def theirs(kind):
     """States, parameters and what is kept beside them, of starts of the environment."""
-    y, _, envs = drawn(kind, seed=11)
+    y, _, envs = side_by_side.drawn(kind, seed=11)
     state = envs.unwrapped.get_state()
     held = list(envs.unwrapped.task.ranges())  # the parameters of the system, then others
     columns = [held.index({"I_perp": "I1"}.get(name, name)) for name in kind.physical]

@@ -14,18 +14,8 @@ from markdown_it import MarkdownIt
 
 import rigid_envs
 from rigid_envs.base.files import DamagedFileError, write_document
+from rigid_envs.scores import leaderboard
 from rigid_envs.scores.evaluation import published_record
-from rigid_envs.scores.leaderboard import (
-    Row,
-    draw,
-    dress,
-    look,
-    markdown,
-    packaged_rows,
-    row_of,
-    sorted_rows,
-    write_leaderboard,
-)
 from rigid_envs.scores.records import evaluation_of, read_evaluation, read_results
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
@@ -56,7 +46,7 @@ def result(folder, name):
 
 def test_the_most_efficient_comes_first_and_the_plot_is_there(folder, capsys):
     assert main(["leaderboard", str(folder)]) == 0
-    rows = sorted_rows([row_of(each) for each in read_results(folder)])
+    rows = leaderboard.sorted_rows([leaderboard.row_of(each) for each in read_results(folder)])
     assert [row.policy for row in rows] == ["riccati", "brake", "random", "zero"]
     text = (folder / "leaderboard.md").read_text()
     assert text in capsys.readouterr().out
@@ -118,8 +108,8 @@ def test_only_whole_sets_are_ranked_and_all_else_is_listed_apart(folder):
 
 def test_what_no_best_is_known_of_is_not_ranked(results):
     found = read_evaluation(results / "brake.json")
-    assert row_of(found).unranked is None
-    assert row_of(replace(found, best=None)).unranked == "no best is known"
+    assert leaderboard.row_of(found).unranked is None
+    assert leaderboard.row_of(replace(found, best=None)).unranked == "no best is known"
 
 
 def test_a_page_of_which_nothing_is_ranked_has_no_rank(tmp_path):
@@ -165,21 +155,25 @@ def test_a_row_that_cannot_be_is_refused(folder, changes, message):
 
 
 def test_several_seeds_in_each_environment_are_aggregated_with_an_interval(folder):
-    found = [row_of(each)._replace(policy="ppo") for each in read_results(folder)]
+    found = [leaderboard.row_of(each)._replace(policy="ppo") for each in read_results(folder)]
     for n, told in ((1, False), (2, True), (4, True)):
-        page = markdown(found[:n]).splitlines()
+        page = leaderboard.markdown(found[:n]).splitlines()
         (line,) = [row for row in page if row.startswith(f"| ppo | 1 | {n} |")]
         assert (" .. " in line) == told
     alone = found[0]._replace(env_id="RigidEnvs/BallPark-v0")
-    (line,) = [row for row in markdown([*found, alone]).splitlines() if row.startswith("| ppo | 2")]
+    (line,) = [
+        row
+        for row in leaderboard.markdown([*found, alone]).splitlines()
+        if row.startswith("| ppo | 2")
+    ]
     assert line.startswith("| ppo | 2 | 5 |") and line.endswith("| - |")
 
 
 def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path):
-    rows = {(row.env_id, row.policy): row for row in packaged_rows()}
+    rows = {(row.env_id, row.policy): row for row in leaderboard.packaged_rows()}
     for env_id in ENVIRONMENTS:
         assert {(env_id, "zero"), (env_id, "random")} <= rows.keys()
-    again = row_of(rigid_envs.evaluate(ID, "brake"))
+    again = leaderboard.row_of(rigid_envs.evaluate(ID, "brake"))
     told = rows[ID, "brake"]
     assert told.cost == again.cost
     for key in again.figures.keys() & told.figures.keys():
@@ -193,20 +187,22 @@ def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path
 
 def test_an_id_without_best_known_costs_has_no_rows_of_its_own(monkeypatch):
     monkeypatch.setattr("rigid_envs.scores.leaderboard.best_known", lambda env_id: None)
-    assert [row.policy for row in packaged_rows()] == [
+    assert [row.policy for row in leaderboard.packaged_rows()] == [
         published_record(name).policy for name in published()
     ]
 
 
 def test_the_page_of_the_repository_is_that_of_its_data():
     docs = Path(__file__).parents[2] / "docs"
-    rows = sorted_rows([*map(row_of, read_results(docs)), *packaged_rows()])
+    rows = leaderboard.sorted_rows(
+        [*map(leaderboard.row_of, read_results(docs)), *leaderboard.packaged_rows()]
+    )
     mend = "write it anew: rigid-envs leaderboard docs --packaged"
-    assert (docs / "leaderboard.md").read_text() == markdown(rows), mend
+    assert (docs / "leaderboard.md").read_text() == leaderboard.markdown(rows), mend
 
 
 def test_no_two_of_forty_policies_look_the_same():
-    assert len({look(k) for k in range(40)}) == 40
+    assert len({leaderboard.look(k) for k in range(40)}) == 40
 
 
 def test_a_file_that_is_no_json_is_named(folder, capsys):
@@ -232,7 +228,7 @@ def test_a_name_is_shown_letter_by_letter_and_forges_no_row(folder):
     for key in ("algo", "unranked"):
         row = result(folder, "zero") | {key: FORGED}
         write_document(folder / "below" / f"forged_{key}.json", row)
-    text = write_leaderboard(folder)
+    text = leaderboard.write_leaderboard(folder)
     shown = MarkdownIt("commonmark", {"html": True}).enable("table").render(text)
     cells = [html.unescape(cell) for cell in re.findall(r"<td[^>]*>(.*?)</td>", shown)]
     assert cells.count(FORGED) == 3  # of all policies, those that are ranked, and the others
@@ -242,7 +238,7 @@ def test_a_name_is_shown_letter_by_letter_and_forges_no_row(folder):
 def drawn(env_id, policy, *efficiency):
     """A row of which the plot shows nothing but the efficiency."""
     figures = {"efficiency": efficiency[0], "efficiency_95": efficiency[1:]}
-    return Row(f"RigidEnvs/{env_id}-v0", policy, figures, None, "", None)
+    return leaderboard.Row(f"RigidEnvs/{env_id}-v0", policy, figures, None, "", None)
 
 
 @pytest.fixture
@@ -259,7 +255,7 @@ def rows():
 
 
 def test_every_row_has_its_point_and_its_interval_beside_the_name_of_its_id(rows):
-    figure = draw(rows)
+    figure = leaderboard.draw(rows)
     (axes,) = figure.axes
     ids = list(dict.fromkeys(row.env_id for row in rows))
     assert [label.get_text() for label in axes.get_yticklabels()] == [
@@ -279,18 +275,18 @@ def test_every_row_has_its_point_and_its_interval_beside_the_name_of_its_id(rows
             for line in ends
         )
     assert len({y for _, y in points}) == len(points)  # no point hides another
-    (axes,) = draw(rows[:2]).axes
+    (axes,) = leaderboard.draw(rows[:2]).axes
     assert sum(line.get_ydata()[0] for line in axes.lines) == 0.0  # on both sides of the name
 
 
 def test_policies_are_told_from_one_another_and_named_in_the_legend(rows):
-    (axes,) = draw(rows).axes
+    (axes,) = leaderboard.draw(rows).axes
     legend = axes.get_legend()
     assert legend is not None
     names = [text.get_text() for text in legend.get_texts()]
     assert "reference controller" in names and len(set(names)) == len(names) == len(axes.lines)
     assert {(line.get_color(), line.get_marker()) for line in axes.lines} == {
-        look(k) for k in range(len(names))
+        leaderboard.look(k) for k in range(len(names))
     }
     low, high = axes.get_xlim()
     assert -0.1 < low < 0.0 and 1.0 < high < 1.1  # whole, and no room is left empty
@@ -299,5 +295,5 @@ def test_policies_are_told_from_one_another_and_named_in_the_legend(rows):
 def test_a_plot_says_what_its_vertical_axis_shows():
     figure = pytest.importorskip("matplotlib.figure")
     axes = figure.Figure().subplots()
-    dress(axes, "success")
+    leaderboard.dress(axes, "success")
     assert axes.get_ylabel() == "success"

@@ -7,15 +7,9 @@ import numpy as np
 import pytest
 
 from rigid_envs.mechanics import rotations
+from rigid_envs.scores import policies
 from rigid_envs.scores.best import least_time, limit_of
 from rigid_envs.scores.evaluation import evaluate, make_rows
-from rigid_envs.scores.policies import (
-    Rollouts,
-    SamplingController,
-    from_controller,
-    reference_controllers,
-    sampling,
-)
 from rigid_envs.scores.starts import Tally, evaluation_seeds, metrics_of, play, row_seeds
 from rigid_envs.scores.statistics import mean_interval
 from rigid_envs.systems.upright_coin.system import UprightCoin
@@ -27,7 +21,7 @@ SEEDS = [5677982223520472754, 1865544673836395877]
 
 
 def best(env_id):
-    return from_controller(next(iter(reference_controllers(env_id).values())))
+    return policies.from_controller(next(iter(policies.reference_controllers(env_id).values())))
 
 
 def begun(env_id, n, config=None, **options):
@@ -53,7 +47,7 @@ def test_an_evaluation_repeats_and_fewer_starts_are_the_first_of_more():
 def test_metrics_are_those_of_the_motion():
     """Tilt from the states: its root mean square, and the last time that it was not small."""
     n, envs = 20, begun(TOP, 20)
-    policy = next(iter(reference_controllers(TOP).values()))(envs.task)
+    policy = next(iter(policies.reference_controllers(TOP).values()))(envs.task)
     tilts = []
     for _ in range(299):  # with the 300th the rows start anew
         envs.step(np.asarray(policy(envs), dtype=np.float32))
@@ -100,7 +94,10 @@ def test_detumbling_reaches_both_of_its_optima():
     n = 20
     envs = begun(DETUMBLE, n)
     optimum = {name: limit_of(DETUMBLE, name).values(envs) for name in ("loss", "time")}
-    laws = {name: from_controller(law) for name, law in reference_controllers(DETUMBLE).items()}
+    laws = {
+        name: policies.from_controller(law)
+        for name, law in policies.reference_controllers(DETUMBLE).items()
+    }
     losses = evaluate(DETUMBLE, laws["riccati"], n=n).values["loss"]
     # actions are float32, and the cost is least there: errors enter squared, but for |L| itself
     np.testing.assert_allclose(losses, optimum["loss"], rtol=1e-6)
@@ -112,7 +109,7 @@ def test_detumbling_reaches_both_of_its_optima():
 def test_a_ball_of_twice_the_radius_is_led_alike_on_twice_the_scale(name, config):
     """No length of these two tasks is given but the radius."""
     env_id = f"RigidEnvs/{name}-v0"
-    for controller in reference_controllers(env_id).values():
+    for controller in policies.reference_controllers(env_id).values():
         one, two = (begun(env_id, 5, {**config, "radius": radius}) for radius in (1.0, 2.0))
         for metric in ENVIRONMENTS[env_id].limits:
             least, larger = (limit_of(env_id, metric).values(envs) for envs in (one, two))
@@ -209,7 +206,7 @@ def test_rollouts_cost_what_rows_are_paid_until_they_end(name, config):
         actions = rng.integers(0, 4, (steps, n, k, 1))
     else:
         actions = rng.uniform(-1.0, 1.0, (steps, n, k, 1)).astype(np.float32)
-    costs = Rollouts(envs.task, n, k)(state, actions)
+    costs = policies.Rollouts(envs.task, n, k)(state, actions)
     n_ended = 0
     for j in range(k):
         envs.reset(seed=0)
@@ -229,7 +226,7 @@ def test_rollouts_towards_a_goal_cost_the_square_of_the_distance_too():
     envs = begun("RigidEnvs/BallParkGoal-v0", n, seed=0)
     state, rng = envs.get_state(), np.random.default_rng(0)
     actions = rng.uniform(-1.0, 1.0, (steps, n, k, 2)).astype(np.float32)
-    costs = Rollouts(envs.task, n, k)(state, actions)
+    costs = policies.Rollouts(envs.task, n, k)(state, actions)
     for j in range(k):
         envs.reset(seed=0)
         expected = np.zeros(n)
@@ -253,7 +250,7 @@ def test_sampling_solves_the_grid_that_the_random_policy_does_not():
 def test_sampling_does_in_a_row_what_it_does_in_it_alone():
     env_id, n = "RigidEnvs/AxisFlip-v0", 40  # two blocks of copies, of different sizes
     envs, one = begun(env_id, n, seed=5), begun(env_id, 1, seed=5 + n - 1)
-    policy, policy_alone = sampling(envs.task), sampling(one.task)
+    policy, policy_alone = policies.sampling(envs.task), policies.sampling(one.task)
     for _ in range(3):
         actions, action = policy(envs), policy_alone(one)
         np.testing.assert_array_equal(actions[-1:], action)
@@ -287,7 +284,7 @@ def test_what_is_due_is_the_first_step_of_the_plan():
 
     envs = begun(TOP, 3, seed=0)
     ramp = Ramp()
-    controller = SamplingController(ramp, np.random.default_rng(0))
+    controller = policies.SamplingController(ramp, np.random.default_rng(0))
     np.testing.assert_array_equal(controller(envs), np.full((3, 2), 0.1))
     envs.step(np.full((3, 2), 0.1, np.float32))
     controller(envs)
@@ -297,7 +294,7 @@ def test_what_is_due_is_the_first_step_of_the_plan():
 @pytest.mark.parametrize("env_id", [TOP, DETUMBLE, "RigidEnvs/BallGrid-v0"])
 def test_plans_that_are_drawn_look_three_seconds_ahead_and_thirty_steps_at_least(env_id):
     task = make_rows(env_id, 1).task
-    horizon = sampling(task).planner.horizon
+    horizon = policies.sampling(task).planner.horizon
     assert horizon >= 30 and horizon * task.dt >= 3.0 - 0.5 * task.dt
     assert horizon == 30 or horizon * task.dt <= 3.0 + 0.5 * task.dt
 

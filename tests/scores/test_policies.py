@@ -11,14 +11,9 @@ import pytest
 import rigid_envs  # noqa: F401 - registers the ids
 from rigid_envs.control.predictive import PredictiveControl
 from rigid_envs.envs.lookup import task_of
+from rigid_envs.scores import policies
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.evaluation import evaluate
-from rigid_envs.scores.policies import (
-    Script,
-    predictive_controllers,
-    reference_controllers,
-    untrained_policies,
-)
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 
@@ -43,7 +38,7 @@ class Counted:
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_entries_are_due_one_after_the_other_and_the_last_one_stays(mode):
     envs, n = rows(4, mode), 4
-    script = Script(Counted(n))
+    script = policies.Script(Counted(n))
     envs.reset(seed=0)
     steps = []
     for _ in range(20):
@@ -59,7 +54,7 @@ def test_entries_are_due_one_after_the_other_and_the_last_one_stays(mode):
 
 def test_only_rows_that_begin_are_planned_for():
     envs, plan = rows(4), Counted(4)
-    script = Script(plan)
+    script = policies.Script(plan)
     envs.reset(seed=0)
     for _ in range(3):
         script(envs.unwrapped)
@@ -71,7 +66,7 @@ def test_only_rows_that_begin_are_planned_for():
 
 def test_rows_that_count_no_more_keep_their_last_plan():
     envs, plan = rows(3), Counted(3)
-    script = Script(plan)
+    script = policies.Script(plan)
     for begun in ([1, 1, 1], [1, 2, 1]):
         envs.reset(seed=0)
         script(envs.unwrapped)
@@ -83,7 +78,7 @@ def test_a_script_that_comes_late_begins_where_rows_are():
     envs = rows(2)
     envs.reset(seed=0)
     envs.step(np.zeros((2, 2), dtype=np.float32))
-    script = Script(Counted(2))
+    script = policies.Script(Counted(2))
     np.testing.assert_array_equal(script(envs.unwrapped)[:, 2], [0, 0])
     envs.step(np.zeros((2, 2), dtype=np.float32))
     np.testing.assert_array_equal(script(envs.unwrapped)[:, 2], [1, 1])
@@ -91,7 +86,7 @@ def test_a_script_that_comes_late_begins_where_rows_are():
 
 def test_plans_are_made_anew_after_a_period():
     envs, plan = rows(2, limit=100), Counted(2)
-    script = Script(plan, period=2)
+    script = policies.Script(plan, period=2)
     envs.reset(seed=0)
     for k in range(6):
         np.testing.assert_array_equal(script(envs.unwrapped)[:, 1:], [[1 + k // 2, k % 2]] * 2)
@@ -106,7 +101,7 @@ def test_plans_of_different_lengths_stand_side_by_side(longer_first):
         n = next(lengths)
         return np.tile(np.arange(1.0, n + 1.0)[:, None, None], (1, len(rows), 1))
 
-    envs, script = rows(2, limit=100), Script(plan)
+    envs, script = rows(2, limit=100), policies.Script(plan)
     envs.reset(seed=0)
     script(envs.unwrapped)
     envs.step(np.zeros((2, 2), dtype=np.float32))
@@ -122,7 +117,9 @@ def test_plans_of_different_lengths_stand_side_by_side(longer_first):
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_planned_balls_are_parked_episode_after_episode(mode):
     envs = rows(8, mode, limit=100)
-    policy = reference_controllers("RigidEnvs/BallPark-v0")["three_rolls"](envs.unwrapped.task)
+    policy = policies.reference_controllers("RigidEnvs/BallPark-v0")["three_rolls"](
+        envs.unwrapped.task
+    )
     envs.reset(seed=0)
     ends, parked = 0, 0
     for _ in range(90):
@@ -143,10 +140,10 @@ needs_casadi = pytest.mark.skipif(find_spec("casadi") is None, reason="needs Cas
 
 
 def test_it_is_there_where_the_registry_says_so_and_no_reference_controller():
-    known = {env_id for env_id in ENVIRONMENTS if predictive_controllers(env_id)}
+    known = {env_id for env_id in ENVIRONMENTS if policies.predictive_controllers(env_id)}
     assert known == {f"RigidEnvs/{name}-v0" for name in (*HELD, "IntermediateAxisRandom")}
     for env_id, record in ENVIRONMENTS.items():
-        assert ("nmpc" in untrained_policies(env_id)) == (env_id in known)
+        assert ("nmpc" in policies.untrained_policies(env_id)) == (env_id in known)
         assert "nmpc" not in record.controllers
 
 
@@ -163,7 +160,7 @@ def test_plans_look_as_far_ahead_as_their_descriptions_say(name, periods, monkey
 
     monkeypatch.setattr(PredictiveControl, "__post_init__", keep)
     env_id = f"RigidEnvs/{name}-v0"
-    task, (make,) = task_of(env_id), predictive_controllers(env_id).values()
+    task, (make,) = task_of(env_id), policies.predictive_controllers(env_id).values()
     make(task)
     assert sum(seen[0]) == pytest.approx(periods * task.dt, rel=1e-12)
     assert f"{periods} control periods" in make.__doc__

@@ -14,23 +14,9 @@ from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.refusals import NO_SCALARS, refusal
-from tests.systems.examples import (
-    BALL,
-    BODY,
-    COIN,
-    DISK,
-    PLATE,
-    ROLLER,
-    SYSTEMS,
-    TOP,
-    TURNING,
-    each_system,
-    each_turning,
-    each_type,
-    name_of,
-)
+from tests.systems import examples
 
-REST = BODY.state()
+REST = examples.BODY.state()
 FROM_ZERO = {
     *((UprightCoin, "I3"), (Roller, "beta"), (HeavyTop, "g"), (HeavyTop, "ell")),
     *((kind, "mu") for kind in (DynamicBall, RollingDisk, Roller, UprightCoin)),
@@ -42,7 +28,7 @@ ANY_SIGN = {
 RATIO = {(DynamicBall, "beta")}
 
 
-@each_type
+@examples.each_type
 def test_most_parameters_must_be_positive_numbers(system_type):
     for value in [0.0, -1.0, *NO_SCALARS]:
         for name in system_type.parameter_names():
@@ -115,7 +101,7 @@ each_strict = pytest.mark.parametrize("call", STRICT.values(), ids=STRICT.keys()
 each_of_field = pytest.mark.parametrize("call", [CALLS[name] for name in FIELD], ids=FIELD)
 
 
-@each_system
+@examples.each_system
 @each_call
 def test_bad_states_are_refused_everywhere(system, call):
     rest = system.state()
@@ -136,7 +122,7 @@ def test_bad_states_are_refused_everywhere(system, call):
             call(system, y)
 
 
-@each_turning
+@examples.each_turning
 @each_strict
 def test_quaternions_that_are_not_unit_are_refused_with_their_norm(system, call):
     y = system.state()
@@ -146,7 +132,7 @@ def test_quaternions_that_are_not_unit_are_refused_with_their_norm(system, call)
             call(system, np.stack([system.state(), y]))
 
 
-@each_turning
+@examples.each_turning
 @each_of_field
 def test_rates_are_given_beside_the_unit_sphere_but_not_at_a_quaternion_of_zero(system, call):
     y = system.state()
@@ -160,28 +146,34 @@ def test_rates_are_given_beside_the_unit_sphere_but_not_at_a_quaternion_of_zero(
 @each_call
 def test_a_disk_that_lies_flat_has_no_point_of_contact(call):
     for half in (0.0, 0.49e-6, 0.5 * np.pi - 0.49e-6):
-        y = np.stack([DISK.state(), DISK.state(q=(np.cos(half), np.sin(half), 0.0, 0.0))])
+        y = np.stack(
+            [examples.DISK.state(), examples.DISK.state(q=(np.cos(half), np.sin(half), 0.0, 0.0))]
+        )
         with pytest.raises(
             ValueError, match=r"^sin\(theta\)\[1\] = \S+; expected at least .* lies flat"
         ):
-            call(DISK, y)
-    call(DISK, DISK.state(q=(np.cos(0.1), np.sin(0.1), 0.0, 0.0)))
+            call(examples.DISK, y)
+    call(examples.DISK, examples.DISK.state(q=(np.cos(0.1), np.sin(0.1), 0.0, 0.0)))
 
 
 @each_strict
 def test_a_coin_that_leans_is_refused_with_the_remedy(call):
     for lean in (1.1e-6, -0.3, 0.5 * np.pi):
         half = 0.25 * np.pi - 0.5 * lean
-        y = np.stack([COIN.state(), COIN.state(q=(np.cos(half), np.sin(half), 0.0, 0.0))])
+        y = np.stack(
+            [examples.COIN.state(), examples.COIN.state(q=(np.cos(half), np.sin(half), 0.0, 0.0))]
+        )
         with pytest.raises(
             ValueError,
             match=r"^y\[1\] = .*; expected .*vertical component 0 .*take q from ",
         ):
-            call(COIN, y)
-    call(COIN, COIN.state(q=COIN.attitude(0.3, -2.0)))
+            call(examples.COIN, y)
+    call(examples.COIN, examples.COIN.state(q=examples.COIN.attitude(0.3, -2.0)))
 
 
-@pytest.mark.parametrize("system", [PLATE, DISK, COIN], ids=name_of)
+@pytest.mark.parametrize(
+    "system", [examples.PLATE, examples.DISK, examples.COIN], ids=examples.name_of
+)
 def test_contact_forces_are_of_states_alone(system):
     y = system.state()
     y[:4] *= 1.0 + 2e-6
@@ -189,7 +181,7 @@ def test_contact_forces_are_of_states_alone(system):
         system.contact_force(y)
 
 
-@each_system
+@examples.each_system
 def test_bad_inputs_are_refused_everywhere(system):
     y, n = system.state(), len(system.input_entries)
     entries = ", ".join(system.input_entries)
@@ -209,19 +201,19 @@ def test_bad_inputs_are_refused_everywhere(system):
 
 def test_components_of_a_state_are_checked_by_name():
     with pytest.raises(ValueError, match=r"^component = 'omega'; expected some of q, omega_body"):
-        BODY.state(omega=(1.0, 0.0, 0.0))
+        examples.BODY.state(omega=(1.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=r"omega_body has shape \(2,\); expected \(\.\.\., 3\)"):
-        BODY.state(omega_body=(1.0, 0.0))
+        examples.BODY.state(omega_body=(1.0, 0.0))
     with pytest.raises(ValueError, match=r"pivot\[1\] = inf"):
-        TOP.state(pivot=(0.0, np.inf))
-    for system in TURNING:
+        examples.TOP.state(pivot=(0.0, np.inf))
+    for system in examples.TURNING:
         with pytest.raises(ValueError, match=r"^q = \[2\.0, 0\.0, 0\.0, 0\.0\]; expected length 1"):
             system.state(q=(2.0, 0.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=r"spin\[1\b.*= nan"):
-        PLATE.state(spin=[0.0, np.nan])
+        examples.PLATE.state(spin=[0.0, np.nan])
 
 
-@each_system
+@examples.each_system
 def test_steps_must_be_finite(system):
     for dt in [np.nan, np.inf, -np.inf]:
         with pytest.raises(ValueError, match=f"dt = {dt}; expected a finite number"):
@@ -229,31 +221,31 @@ def test_steps_must_be_finite(system):
 
 
 def test_steps_outside_the_stability_envelope_are_refused_with_the_remedy():
-    y = BODY.state(omega_body=(0.0, 0.0, 10.0))
+    y = examples.BODY.state(omega_body=(0.0, 0.0, 10.0))
     with pytest.raises(ValueError, match=r"take n_substeps >= 29$") as refused:
-        BODY.advance(y, None, 1.0)
+        examples.BODY.advance(y, None, 1.0)
     # 10 rad/s about e3 can become sqrt(2.3 / 1.1) as fast about e1, and 0.5 rad are the limit.
     assert "rates up to 14.4" in str(refused.value)
-    assert np.isfinite(BODY.advance(y, None, 1.0, 29)).all()
+    assert np.isfinite(examples.BODY.advance(y, None, 1.0, 29)).all()
     with pytest.raises(ValueError, match=r"^max_step = 1\.0; expected at most 0\.0345\d* s"):
-        BODY.simulate(y, [0.0, 1.0], max_step=1.0)
+        examples.BODY.simulate(y, [0.0, 1.0], max_step=1.0)
     with pytest.raises(ValueError, match="take n_substeps"):
-        BODY.advance(REST, (1e4, 0.0, 0.0), 0.1)  # it is the torque that makes it fast
+        examples.BODY.advance(REST, (1e4, 0.0, 0.0), 0.1)  # it is the torque that makes it fast
     with pytest.raises(ValueError, match="take n_substeps"):
-        BALL.advance(BALL.state(), (12.0, 0.0, 0.0), 0.1)
+        examples.BALL.advance(examples.BALL.state(), (12.0, 0.0, 0.0), 0.1)
 
 
 @pytest.mark.parametrize(
     ("system", "components", "u"),
     [
-        (PLATE, {"velocity": (20.0, 0.0)}, None),
-        (PLATE, {"tilt_rate": (20.0, 0.0)}, None),
-        (DISK, {"omega_body": (0.0, 0.0, 20.0)}, None),
-        (DISK, {"omega_body": (0.0, 20.0, 0.0)}, None),
-        (COIN, {"steer_rate": 6.0}, None),
-        (COIN, {"roll_rate": 6.0}, None),
-        (ROLLER, {"velocity": 20.0}, None),
-        (ROLLER, {}, (5000.0, 0.0)),
+        (examples.PLATE, {"velocity": (20.0, 0.0)}, None),
+        (examples.PLATE, {"tilt_rate": (20.0, 0.0)}, None),
+        (examples.DISK, {"omega_body": (0.0, 0.0, 20.0)}, None),
+        (examples.DISK, {"omega_body": (0.0, 20.0, 0.0)}, None),
+        (examples.COIN, {"steer_rate": 6.0}, None),
+        (examples.COIN, {"roll_rate": 6.0}, None),
+        (examples.ROLLER, {"velocity": 20.0}, None),
+        (examples.ROLLER, {}, (5000.0, 0.0)),
     ],
 )
 def test_what_rolls_fast_or_is_pushed_hard_needs_short_steps(system, components, u):
@@ -265,12 +257,12 @@ def test_what_rolls_fast_or_is_pushed_hard_needs_short_steps(system, components,
 
 
 def test_what_becomes_too_fast_on_the_way_is_refused_with_the_time_and_the_remedy():
-    y, u = PLATE.state(), (0.0, 0.0, 500.0, 0.0)  # the plate reaches 50 rad/s
+    y, u = examples.PLATE.state(), (0.0, 0.0, 500.0, 0.0)  # the plate reaches 50 rad/s
     with pytest.raises(ValueError, match=r"take n_substeps >= 2$"):
-        PLATE.advance(y, u, 0.1)
+        examples.PLATE.advance(y, u, 0.1)
     with pytest.raises(ValueError, match=r"^from t = 0\.\d+ s on: step = 0\.01; expected at most"):
-        PLATE.advance(y, u, 0.1, 10)
-    assert np.isfinite(PLATE.advance(y, u, 0.1, 40)).all()
+        examples.PLATE.advance(y, u, 0.1, 10)
+    assert np.isfinite(examples.PLATE.advance(y, u, 0.1, 40)).all()
 
 
 @pytest.mark.parametrize("n_substeps", [20, 100, 1000])
@@ -283,7 +275,7 @@ def test_a_disk_that_falls_flat_within_a_step_is_refused(n_substeps):
         disk.simulate(y, [0.0, 3.0], max_step=0.2 / n_substeps)
 
 
-@each_system
+@examples.each_system
 def test_the_largest_step_must_be_a_positive_time(system):
     for max_step in [0.0, -0.1, np.nan, np.inf]:
         with pytest.raises(ValueError, match=f"max_step = {max_step}; expected a positive"):
@@ -292,7 +284,7 @@ def test_the_largest_step_must_be_a_positive_time(system):
 
 def test_a_ratio_below_the_rollers_own_is_refused():
     with pytest.raises(ValueError, match=r"^beta_change\[1\] = -0\.1; expected at least 0"):
-        ROLLER.rhs(ROLLER.state(), [(0.0, 0.2), (0.0, -0.1)])
+        examples.ROLLER.rhs(examples.ROLLER.state(), [(0.0, 0.2), (0.0, -0.1)])
 
 
 NO_TIMES = ["01", ["0", "1"], None, [0, 1j], [False, True], np.array([0, 1], dtype=object)]
@@ -313,23 +305,23 @@ NO_TIMES = ["01", ["0", "1"], None, [0, 1j], [False, True], np.array([0, 1], dty
 )
 def test_times_must_be_a_monotone_sequence_of_real_numbers(t, message):
     with pytest.raises(ValueError, match=message):
-        BODY.simulate(REST, t)
+        examples.BODY.simulate(REST, t)
 
 
 def test_inputs_must_be_one_row_or_one_for_each_interval():
     with pytest.raises(
         ValueError, match=r"u has shape \(3, 3\); expected \(3,\) or \(2, \.\.\., 3"
     ):
-        BODY.simulate(REST, [0.0, 1.0, 2.0], np.zeros((3, 3)))
+        examples.BODY.simulate(REST, [0.0, 1.0, 2.0], np.zeros((3, 3)))
 
 
 def test_unknown_names_of_a_trajectory_are_answered_with_the_known_ones():
-    trajectory = BODY.simulate(REST, [0.0, 1.0])
+    trajectory = examples.BODY.simulate(REST, [0.0, 1.0])
     with pytest.raises(KeyError, match=r"name = 'tilt'; expected one of .*omega_body"):
         trajectory["tilt"]
 
 
-Y = BODY.state(omega_body=(0.1, 0.2, 0.3))
+Y = examples.BODY.state(omega_body=(0.1, 0.2, 0.3))
 
 
 @pytest.mark.parametrize(
@@ -346,10 +338,10 @@ Y = BODY.state(omega_body=(0.1, 0.2, 0.3))
 )
 def test_an_input_function_that_gives_no_input_is_refused(u, message):
     with pytest.raises(ValueError, match=message):
-        BODY.simulate(Y, [0.0, 1.0], u)
+        examples.BODY.simulate(Y, [0.0, 1.0], u)
 
 
-@each_system
+@examples.each_system
 @pytest.mark.parametrize("n_substeps", [0, -1, 1.5, np.nan, "2", None, 10**400, 1e30, 2**53])
 def test_substeps_that_cannot_be_counted_are_refused(system, n_substeps):
     with pytest.raises(ValueError, match=r"^n_substeps = .*; expected an integer of at least 1"):
@@ -359,10 +351,10 @@ def test_substeps_that_cannot_be_counted_are_refused(system, n_substeps):
 @pytest.mark.parametrize("max_step", [1e-320, 1e-17, 9e-10])
 def test_more_steps_than_anybody_waits_for_are_refused(max_step):
     with pytest.raises(ValueError, match=r"^number of steps = .*; expected at most 1e\+09"):
-        BODY.simulate(Y, [0.0, 1.0], max_step=max_step)
+        examples.BODY.simulate(Y, [0.0, 1.0], max_step=max_step)
 
 
-@each_system
+@examples.each_system
 @pytest.mark.parametrize("size", [1.1e50, 1e200, 1e308])
 def test_states_and_inputs_whose_products_overflow_are_refused(system, size):
     y, u = system.state(), np.zeros(len(system.input_entries))
@@ -375,7 +367,7 @@ def test_states_and_inputs_whose_products_overflow_are_refused(system, size):
         system.rhs(system.state(), u)
 
 
-@each_system
+@examples.each_system
 def test_the_largest_states_and_inputs_have_finite_rates_or_are_refused(system):
     for size in (1e49, 1e-310, 5e-324):
         for k in range(4 if "q" in system.components else 0, len(system.state_entries)):
@@ -388,7 +380,7 @@ def test_the_largest_states_and_inputs_have_finite_rates_or_are_refused(system):
                 assert np.isfinite(system.linearize(y)[0]).all()
 
 
-@each_type
+@examples.each_type
 @pytest.mark.parametrize("size", [1e-320, 1e-51, 1e51, 1e200])
 def test_parameters_whose_products_overflow_are_refused(system_type, size):
     for name in system_type.parameter_names():
@@ -399,7 +391,7 @@ def test_parameters_whose_products_overflow_are_refused(system_type, size):
 
 
 def test_a_motion_that_outruns_the_clock_is_refused():
-    plate = SYSTEMS[3]
+    plate = examples.SYSTEMS[3]
     with pytest.raises(ValueError, match=r"^span \[s\] from t = 1 s on = .*; expected longer"):
         plate.simulate(plate.state(), [1.0, 2.0], (1e45, 0.0, 0.0, 0.0))
 

@@ -7,15 +7,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from agents.config import reading
 from agents.config.entries import ALGORITHMS, config_from, config_to_dict, is_folder_name
-from agents.config.reading import (
-    dump_yaml,
-    entry_value,
-    env_keywords,
-    load_config,
-    parse_yaml,
-    read_yaml,
-)
 from agents.environments import make
 from agents.training.algorithms import check_fit
 from agents.training.trainer import train
@@ -211,7 +204,7 @@ fine = st.fixed_dictionaries(
 @example({"run_name": "0E0"})  # a text that reads like a number
 def test_a_good_config_is_accepted_and_survives_its_own_yaml(values):
     config = config_from(values)
-    assert config_from(parse_yaml(dump_yaml(config_to_dict(config)))) == config
+    assert config_from(reading.parse_yaml(reading.dump_yaml(config_to_dict(config)))) == config
 
 
 def test_batches_must_divide_the_samples():
@@ -243,10 +236,10 @@ def test_batches_must_divide_the_samples():
     ],
 )
 def test_scalars_are_those_of_the_core_schema_of_yaml_1_2(text, value):
-    found = parse_yaml(text)
+    found = reading.parse_yaml(text)
     assert repr(found) == repr(value)
     if isinstance(found, list):
-        assert repr(parse_yaml(dump_yaml({"again": found}))["again"]) == repr(value)
+        assert repr(reading.parse_yaml(reading.dump_yaml({"again": found}))["again"]) == repr(value)
 
 
 @pytest.mark.parametrize(
@@ -278,21 +271,23 @@ def test_yaml_that_is_not_plain_data_is_refused(tmp_path, text, why):
     file = tmp_path / "bad.yaml"
     file.write_text(text)
     with pytest.raises(ValueError, match=rf"bad\.yaml: (?s:.*){why}"):
-        read_yaml(file)
+        reading.read_yaml(file)
 
 
 def test_options_go_over_the_file_and_the_file_over_the_defaults(tmp_path):
     file = tmp_path / "a.yaml"
     file.write_text("seed: 3\ngamma: 0.5\nenv_kwargs: {dt: 0.1, rotation: quat}\n")
     rest = ["--env_kwargs.dt", "2e-1", "--env_kwargs.goal=3"]
-    config = load_config(read_yaml(file), {"seed": "4", "learning_rate": "[1e-3, 0]"}, rest)
+    config = reading.load_config(
+        reading.read_yaml(file), {"seed": "4", "learning_rate": "[1e-3, 0]"}, rest
+    )
     assert (config.seed, config.gamma, config.n_envs) == (4, 0.5, 256)
     assert config.learning_rate == (1e-3, 0.0)
     assert config.env_kwargs == {"dt": 0.2, "rotation": "quat", "goal": 3}
     with pytest.raises(ValueError, match=r"^config\.seeds: unknown key; did you mean 'seed'\?"):
-        load_config(read_yaml(file), {}, ["--seeds", "3"])
+        reading.load_config(reading.read_yaml(file), {}, ["--seeds", "3"])
     with pytest.raises(ValueError, match=r"^config\.env_kwargs\.dt: expected a value"):
-        load_config(read_yaml(file), {}, ["--env_kwargs.dt"])
+        reading.load_config(reading.read_yaml(file), {}, ["--env_kwargs.dt"])
 
 
 @pytest.mark.parametrize("text", ["a=b=c", "a=", "--x=1", "{a: 'b=c'}", "1"])
@@ -300,12 +295,12 @@ def test_a_value_of_the_task_is_all_that_stands_behind_its_name(text):
     """Whatever is in it: the first "=" of a word that begins with a name is the only one."""
     more = "--env_kwargs.more"
     for rest in (["--env_kwargs.x", text, more, "2"], [f"--env_kwargs.x={text}", f"{more}=2"]):
-        assert env_keywords(rest) == {"x": entry_value("x", text), "more": 2}
+        assert reading.env_keywords(rest) == {"x": reading.entry_value("x", text), "more": 2}
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
 def test_a_shipped_config_is_accepted_and_so_is_its_environment(path):
-    config = config_from(read_yaml(path))
+    config = config_from(reading.read_yaml(path))
     venv = make(config.env_id, config.env_kwargs, 2)
     check_fit(config, venv)
     venv.close()

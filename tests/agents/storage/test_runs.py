@@ -15,15 +15,8 @@ import pytest
 from agents.cli.command_line import main
 from agents.config.entries import config_from, config_to_dict
 from agents.config.reading import dump_yaml, parse_yaml
+from agents.storage import runs
 from agents.storage.logs import load_newest, read_evaluations, save_newest, write_evaluations
-from agents.storage.runs import (
-    RunInUseError,
-    create_run,
-    find_run,
-    open_run,
-    read_config,
-    write_config,
-)
 from rigid_envs.base.files import DamagedFileError
 from tests.agents.sessions import begun
 
@@ -74,15 +67,15 @@ def python(code, *arguments):
 
 def test_runs_are_numbered(tmp_path):
     config = config_from({"log_dir": str(tmp_path), "env_id": "module:Some/Thing-v3"})
-    names = [create_run(config).folder.name for _ in range(3)]
+    names = [runs.create_run(config).folder.name for _ in range(3)]
     assert names == ["Thing-v3_1", "Thing-v3_2", "Thing-v3_3"]
     (tmp_path / "ppo" / "Thing-v3_41").mkdir()
     (tmp_path / "ppo" / "Thing-v3_x").mkdir()
-    assert create_run(config).folder.name == "Thing-v3_42"
+    assert runs.create_run(config).folder.name == "Thing-v3_42"
 
 
 def test_the_config_is_kept_with_its_defaults(config):
-    assert find_run(begun(config).folder).config() == config
+    assert runs.find_run(begun(config).folder).config() == config
 
 
 def test_a_name_that_is_taken_needs_a_flag(config):
@@ -90,9 +83,9 @@ def test_a_name_that_is_taken_needs_a_flag(config):
     (run / "deep").mkdir()
     (run / "deep" / "file").touch()
     with pytest.raises(FileExistsError, match="--overwrite"):
-        create_run(config)
+        runs.create_run(config)
     assert (run / "deep" / "file").exists()
-    again = create_run(config, overwrite=True)
+    again = runs.create_run(config, overwrite=True)
     assert (run / "deep" / "file").exists()
     again.begin()
     assert sorted(path.name for path in again.folder.iterdir()) == ["config.yaml", "run.lock"]
@@ -103,10 +96,10 @@ def test_a_folder_that_is_no_run_is_never_deleted(tmp_path, config):
     folder.mkdir(parents=True)
     (folder / "thesis.tex").touch()
     with pytest.raises(FileExistsError, match="it is no run"):
-        create_run(config, overwrite=True)
+        runs.create_run(config, overwrite=True)
     assert (folder / "thesis.tex").exists()
     with pytest.raises(FileNotFoundError, match="no run here"):
-        open_run(folder)
+        runs.open_run(folder)
 
 
 def test_what_an_overwritten_run_links_to_stays(tmp_path, config):
@@ -119,11 +112,11 @@ def test_what_an_overwritten_run_links_to_stays(tmp_path, config):
     (run / "deep" / "link").symlink_to(tmp_path / "kept")
     (run / "nowhere").symlink_to(tmp_path / "none")
     before = (tmp_path / "kept" / "config.yaml").read_bytes()
-    create_run(replace(config, seed=3), overwrite=True).begin()
+    runs.create_run(replace(config, seed=3), overwrite=True).begin()
     assert [path.name for path in (tmp_path / "kept").iterdir()] == ["config.yaml"]
     assert (tmp_path / "kept" / "config.yaml").read_bytes() == before
     assert sorted(path.name for path in run.folder.iterdir()) == ["config.yaml", "run.lock"]
-    assert not (run / "config.yaml").is_symlink() and find_run(run.folder).config().seed == 3
+    assert not (run / "config.yaml").is_symlink() and runs.find_run(run.folder).config().seed == 3
 
 
 def test_a_run_is_not_overwritten_through_a_link_with_another_name(config):
@@ -131,15 +124,15 @@ def test_a_run_is_not_overwritten_through_a_link_with_another_name(config):
     run.folder.with_name("best").symlink_to("r")
     before = {path: path.read_bytes() for path in run.folder.iterdir()}
     with pytest.raises(FileExistsError, match="best exists; it is no run, or a link to one"):
-        create_run(replace(config, run_name="best"), overwrite=True)
+        runs.create_run(replace(config, run_name="best"), overwrite=True)
     assert {path: path.read_bytes() for path in run.folder.iterdir()}.keys() == before.keys()
-    assert find_run(run.folder).config() == config
+    assert runs.find_run(run.folder).config() == config
 
 
 def test_a_start_that_came_to_nothing_leaves_the_name_free(tmp_path, config):
-    run = create_run(config)
+    run = runs.create_run(config)
     run.close()  # as if killed before the run began
-    again = create_run(config)
+    again = runs.create_run(config)
     again.discard()
     assert list((tmp_path / "ppo").iterdir()) == []
 
@@ -150,19 +143,19 @@ def test_a_second_process_is_told_who_has_it_and_changes_nothing(tmp_path, confi
     assert holder.stdout is not None and holder.stdout.readline() == "held\n"
     before = {path: path.read_bytes() for path in run.folder.iterdir()}
     for attempt in (
-        lambda: open_run(run.folder),
-        lambda: create_run(config),
-        lambda: create_run(config, overwrite=True),
+        lambda: runs.open_run(run.folder),
+        lambda: runs.create_run(config),
+        lambda: runs.create_run(config, overwrite=True),
     ):
         begin = time.perf_counter()
-        with pytest.raises(RunInUseError, match=rf"in use by process {holder.pid} on \S+"):
+        with pytest.raises(runs.RunInUseError, match=rf"in use by process {holder.pid} on \S+"):
             attempt()
         assert time.perf_counter() - begin < 1
     assert {path: path.read_bytes() for path in run.folder.iterdir()} == before
     assert [path.name for path in (tmp_path / "ppo").iterdir()] == ["r"]
     holder.kill()  # which leaves the lock file, and no lock
     holder.communicate()
-    open_run(run.folder).close()
+    runs.open_run(run.folder).close()
 
 
 @pytest.mark.parametrize("n_tries", [1, pytest.param(50, marks=pytest.mark.long)])
@@ -184,10 +177,10 @@ def test_of_two_starts_at_once_one_gets_the_run(tmp_path, n_tries):
 
 
 def test_a_copied_run_is_free(tmp_path, config):
-    run = create_run(config)
+    run = runs.create_run(config)
     run.begin()
     shutil.copytree(run.folder, tmp_path / "copy")
-    open_run(tmp_path / "copy").close()
+    runs.open_run(tmp_path / "copy").close()
     run.close()
 
 
@@ -228,18 +221,18 @@ def test_a_changed_config_of_a_run_starts_a_new_one(config, capsys):
 
 def test_order_notes_and_spelling_are_free(tmp_path, config):
     path = tmp_path / "config.yaml"
-    write_config(path, config)
+    runs.write_config(path, config)
     head, _, text = path.read_text().partition("\n")
     turned = dump_yaml(dict(reversed(parse_yaml(text).items())))
     assert "3.0e-07" in turned and turned != text
     path.write_text(f"{head}\n# a note\n{turned.replace('3.0e-07', '0.0000003')}")
-    assert read_config(path) == config
+    assert runs.read_config(path) == config
 
 
 def test_a_run_of_an_older_version_has_no_digest_and_is_read(tmp_path, config):
     path = tmp_path / "config.yaml"
     path.write_text(dump_yaml(config_to_dict(config)))
-    assert read_config(path) == config
+    assert runs.read_config(path) == config
 
 
 ARRAYS = {

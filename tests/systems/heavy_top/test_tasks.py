@@ -5,12 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from rigid_envs.control.linear import (
-    region_of_attraction,
-    simulate_closed_loop,
-    step_jacobian,
-    zero_order_hold,
-)
+from rigid_envs.control import linear
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.heavy_top import references
 from rigid_envs.systems.heavy_top.closed_forms import nutation_frequency
@@ -89,7 +84,7 @@ def test_the_linear_equation_is_that_of_the_steps_of_the_top(branch, tilt, share
         held = regulator.inputs(u @ frame / FREE)
         return nutation_of(TOP.advance(nutating(x, spin), held, DT, 16))
 
-    F, G = step_jacobian(advance, x0, 2)
+    F, G = linear.step_jacobian(advance, x0, 2)
     K, P = regulator.regulator(tilt, spin)
     costs = np.diag([100.0, 10.0, 10.0]), 3.0 * np.eye(2)
     assert_optimal(F, G, K, P, *costs, rtol=1e-5, atol=1e-5 * np.abs(P).max())
@@ -105,7 +100,7 @@ def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases(branch):
     regulator, rng = precessing(branch), np.random.default_rng(0)
     goal, spin = np.full(20, TILTS[0]), np.full(20, SPINS[1])  # a node of the table
     x0 = steady(regulator, goal, spin)
-    states = simulate_closed_loop(
+    states = linear.simulate_closed_loop(
         step(regulator, goal), nutating(x0 + 1e-5 * rng.normal(size=(20, 3)), spin), 60
     )
     x = nutation_of(states[:-1]) - x0
@@ -115,7 +110,7 @@ def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases(branch):
     # 1e-5 of it is not linear, and the steps of the fast branch are good to some 1e-5
     np.testing.assert_allclose(cost.sum(axis=0), value[0] - value[-1], rtol=1e-3)
     far = nutating(x0 + [0.05, 0.1, 0.05] * rng.normal(size=(20, 3)), spin)
-    value = regulator.value(simulate_closed_loop(step(regulator, goal), far, 40), goal)
+    value = regulator.value(linear.simulate_closed_loop(step(regulator, goal), far, 40), goal)
     assert (np.diff(value, axis=0) < 0.0).all()
 
 
@@ -127,7 +122,7 @@ def test_limited_torque_damps_the_nutation_from_where_the_controller_says(branch
     across = rng.uniform(0.0, 1.0, 200) ** 0.5 * np.exp(2j * np.pi * rng.random(200))
     y = nutating(np.stack([rng.uniform(0.0, 1.2, 200), *np.zeros((2, 200))], axis=-1), spin)
     y[:, 4:7] = np.stack([across.real, across.imag, spin], axis=-1)
-    end = simulate_closed_loop(
+    end = linear.simulate_closed_loop(
         lambda y: top.advance(y, regulator.inputs(regulator(y, goal)), DT, 2), y, 300
     )[-1]
     found, wanted = nutation_of(end), steady(regulator, goal, spin)
@@ -203,7 +198,7 @@ def test_the_complex_equation_is_the_linearisation_of_the_steps_of_the_top(contr
         pairs = axis_of(y)[:, :n]
         return np.stack([pairs.real, pairs.imag], axis=-1).reshape(len(x), -1)
 
-    F, G = step_jacobian(advance, np.zeros(2 * n), 2)
+    F, G = linear.step_jacobian(advance, np.zeros(2 * n), 2)
     K, P = controller.regulator(spin)
     costs = [np.diag(np.repeat(part, 2)) for part in controller._weights]
     # of the real system, whose Jacobian is known to 1e-9
@@ -216,7 +211,7 @@ def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases_of_an_upright_t
     rng = np.random.default_rng(0)
     spin = TOP.critical_spin * 0.4  # a node of the table
     y = leaning(1e-4 * rng.normal(size=(20, 8)), spin)
-    states, n = simulate_closed_loop(upright_step(controller), y, 200), controller._n
+    states, n = linear.simulate_closed_loop(upright_step(controller), y, 200), controller._n
     x, u = axis_of(states[:-1])[..., :n], FREE * controller(states[:-1])
     cost = np.abs(x) ** 2 @ controller._weights[0] + controller._weights[1][0] * np.sum(
         u**2, axis=-1
@@ -225,7 +220,7 @@ def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases_of_an_upright_t
     # what is not linear is of third order in the tilt, 1e-8 of the rest, and steps are good to 1e-7
     np.testing.assert_allclose(cost.sum(axis=0), value[0] - value[-1], rtol=1e-5)
     value = controller.value(
-        simulate_closed_loop(
+        linear.simulate_closed_loop(
             upright_step(controller), leaning(0.05 * rng.normal(size=(100, 8)), spin), 100
         )
     )
@@ -244,7 +239,7 @@ def test_between_the_nodes_and_for_tops_that_are_a_little_different_the_loop_is_
         I1, I3, m, ell = factors * [TOP.I1, TOP.I3, TOP.m, TOP.ell]
         other = type(controller)(HeavyTop(I1, I1, I3, m, TOP.g, ell), FREE, DT)
         spin = rng.uniform(-1.4, 1.4) * TOP.critical_spin
-        F, G = zero_order_hold(*other.model(spin), DT)
+        F, G = linear.zero_order_hold(*other.model(spin), DT)
         held.append(np.abs(np.linalg.eigvals(F - G @ controller._table(spin).gain)).max())
     assert max(held) < 1.0
 
@@ -255,11 +250,13 @@ def test_torque_brings_back_nearly_every_tilt_that_any_torque_can(share):
 
     def succeeds(turn):
         y = top.state(q=rotations.exp(turn), omega_body=share * top.critical_spin * E_Z)
-        return top.tilt(simulate_closed_loop(upright_step(controller), y, 300)[-1]) < 0.05
+        return top.tilt(linear.simulate_closed_loop(upright_step(controller), y, 300)[-1]) < 0.05
 
     bound = 0.3 / np.sqrt(1.0 - share**2)
     directions = bound * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-0.6, 0.8, 0.0]])
-    found = region_of_attraction(succeeds, directions, np.append(0.5, np.arange(0.9, 1.2, 0.01)))
+    found = linear.region_of_attraction(
+        succeeds, directions, np.append(0.5, np.arange(0.9, 1.2, 0.01))
+    )
     assert (found > 0.95 - 1e-9).all()
     assert (found < 1.0 + 0.3 * bound**2).all()  # the linear bound, but for second order
 
@@ -270,11 +267,11 @@ def test_the_pivot_brings_back_a_tilt_within_five_metres():
 
     def succeeds(turn):
         y = top.state(q=rotations.exp(turn), omega_body=0.3 * top.critical_spin * E_Z)
-        states = simulate_closed_loop(upright_step(controller), y, 400)
+        states = linear.simulate_closed_loop(upright_step(controller), y, 400)
         away = np.linalg.norm(top.pivot(states), axis=-1)
         return (top.tilt(states[-1]) < 0.05) & (away < 5.0).all(axis=0) & (away[-1] < 0.1)
 
-    found = region_of_attraction(
+    found = linear.region_of_attraction(
         succeeds, [[1.0, 0.0, 0.0], [-0.6, 0.8, 0.0]], np.arange(0.02, 0.2, 0.01)
     )
     np.testing.assert_allclose(found, 0.16, atol=1e-9)
@@ -332,7 +329,7 @@ def test_the_linear_equation_is_that_of_the_steps_of_the_top_of_an_uneven_top(sp
         whole = np.concatenate([u, 0.0 * u[:, :1]], axis=-1) / FREE
         return vertical_of(UNEVEN.advance(tilting(x, spin), balance.inputs(whole), DT, 8))
 
-    F, G = step_jacobian(advance, np.zeros(4), 2)
+    F, G = linear.step_jacobian(advance, np.zeros(4), 2)
     K, P = balance.regulator(spin)
     costs, atol = (np.diag(PRICES[0]), PRICES[1] * np.eye(2)), 1e-7 * np.abs(P).max()
     assert_optimal(F, G, K, P, *costs, rtol=1e-7, atol=atol)  # the Jacobian is known to 1e-9
@@ -342,7 +339,7 @@ def test_between_the_nodes_and_for_every_drawn_body_the_loop_is_stable():
     balance, rng, found = uneven(), np.random.default_rng(0), []
     for moments in rng.uniform([0.85, 1.05, 0.45], [1.0, 1.25, 0.65], (30, 3)):
         other, spin = uneven(top=HeavyTop(*moments)), rng.uniform(-3.0, 3.0)
-        F, G = zero_order_hold(*other.model(spin), DT)
+        F, G = linear.zero_order_hold(*other.model(spin), DT)
         found.append(np.abs(np.linalg.eigvals(F - G @ balance._table(spin).gain)).max())
     assert max(found) < 0.995
 
@@ -362,11 +359,11 @@ def test_limited_torque_brings_back_the_tilts_that_the_controller_says(spin):
 
     def succeeds(turn):
         y = UNEVEN.state(q=rotations.exp(turn), omega_body=[0.0, 0.0, spin])
-        return UNEVEN.tilt(simulate_closed_loop(uneven_step(balance), y, 300)[-1]) < 0.05
+        return UNEVEN.tilt(linear.simulate_closed_loop(uneven_step(balance), y, 300)[-1]) < 0.05
 
     angle = np.linspace(0.0, np.pi, 12)
     directions = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
-    assert (region_of_attraction(succeeds, directions, [0.1, 0.2, 0.3]) == 0.3).all()
+    assert (linear.region_of_attraction(succeeds, directions, [0.1, 0.2, 0.3]) == 0.3).all()
 
 
 # Tops that are kept up, led into steady precession, or known to fall.

@@ -6,16 +6,7 @@ import pytest
 from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
-from rigid_envs.systems.rolling_ball.controllers import (
-    SIDES,
-    QuarterRolls,
-    attitudes,
-    attitudes_after,
-    difference,
-    roll_along,
-    rolled,
-    three_rolls,
-)
+from rigid_envs.systems.rolling_ball import controllers
 from rigid_envs.systems.rolling_ball.references import quarter_rolls
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.reference import cases, every
@@ -30,18 +21,18 @@ def polygons(n_rows, n_sides):
 
 def test_rolls_turn_the_ball_as_the_closed_form_says():
     rolls = polygons(20, 7)
-    turns, _ = rolled(rolls)
+    turns, _ = controllers.rolled(rolls)
     closed = np.array([rolling_ball.roll_polygon(row, 1.0) for row in rolls])
     assert np.max(rotations.distance(turns, closed)) < 1e-14
 
 
 def test_derivatives_are_those_of_the_turn():
     rolls, step = polygons(5, 6), 1e-5
-    turn, change = rolled(rolls)
+    turn, change = controllers.rolled(rolls)
     for k, axis in np.ndindex(6, 2):
         moved = np.zeros_like(rolls)
         moved[:, k, axis] = step
-        there, back = rolled(rolls + moved)[0], rolled(rolls - moved)[0]
+        there, back = controllers.rolled(rolls + moved)[0], controllers.rolled(rolls - moved)[0]
         difference = rotations.log(rotations.multiply(there, rotations.conjugate(back)))
         # truncation step^2, rounding 1e-16 / step
         np.testing.assert_allclose(difference / (2.0 * step), change[:, k, :, axis], atol=1e-9)
@@ -56,7 +47,7 @@ def test_the_difference_of_poses_is_what_leads_from_one_to_the_other():
         for _ in range(2)
     )
     radius = np.linspace(0.5, 2.0, 9)
-    turn, way = difference(start, goal, radius)
+    turn, way = controllers.difference(start, goal, radius)
     np.testing.assert_allclose(start[:, 4:] + radius[:, None] * way, goal[:, 4:], atol=1e-15)
     assert np.max(rotations.distance(rotations.multiply(turn, start[:, :4]), goal[:, :4])) < 1e-15
 
@@ -68,7 +59,7 @@ def three_sides(n, size=2.0):
 @pytest.mark.parametrize("reach", [0.05, 0.3, 10.0])
 def test_a_ball_that_is_told_to_rolls_as_the_polygon_turns_it(reach):
     rolls = three_sides(20)
-    plan = roll_along(rolls, reach)
+    plan = controllers.roll_along(rolls, reach)
     y = np.broadcast_to(BALL.state(), (20, 6))
     for action in plan.actions:
         velocity = np.concatenate([reach * action, np.zeros((20, 1))], axis=1)
@@ -80,7 +71,7 @@ def test_a_ball_that_is_told_to_rolls_as_the_polygon_turns_it(reach):
 
 def test_each_roll_takes_the_fewest_steps_that_are_not_too_large():
     rolls, reach = three_sides(50), np.linspace(0.1, 0.5, 50)
-    plan = roll_along(rolls, reach)
+    plan = controllers.roll_along(rolls, reach)
     lengths = np.linalg.norm(rolls, axis=-1)
     np.testing.assert_array_equal(
         plan.steps, np.sum(np.ceil(lengths / reach[:, None]), axis=1).astype(int)
@@ -93,7 +84,7 @@ def test_each_roll_takes_the_fewest_steps_that_are_not_too_large():
 
 
 def test_a_roll_of_no_length_takes_no_step():
-    plan = roll_along(np.zeros((4, 3, 2)), 0.3)
+    plan = controllers.roll_along(np.zeros((4, 3, 2)), 0.3)
     assert plan.actions.shape == (1, 4, 2)
     assert not plan.steps.any()
 
@@ -151,7 +142,7 @@ FROM_TO = {
 @pytest.mark.parametrize("kind", FROM_TO)
 def test_three_rolls_lead_from_any_pose_to_any_other(kind):
     start, goal = FROM_TO[kind]
-    rolls = three_rolls(start, goal)
+    rolls = controllers.three_rolls(start, goal)
     distance, angle = missed(start, goal, rolls)
     assert rolls.shape == (N, 3, 2)
     assert np.max(distance) < EXACT
@@ -163,49 +154,51 @@ def test_where_one_straight_roll_is_enough_it_is_the_plan():
     way = np.random.default_rng(0).uniform(-2.0, 2.0, (N, 2))
     goal = np.concatenate([[rolling_ball.roll_straight(w, 1.0) for w in way], way], axis=1)
     np.testing.assert_allclose(
-        length(three_rolls(HOME, goal)), np.linalg.norm(way, axis=1), rtol=EXACT
+        length(controllers.three_rolls(HOME, goal)), np.linalg.norm(way, axis=1), rtol=EXACT
     )
 
 
 def test_a_ball_is_carried_along_unturned_by_rolls_of_two_whole_turns_together():
     start, goal = FROM_TO["the attitude it has"]
-    np.testing.assert_allclose(length(three_rolls(start, goal)), 4.0 * np.pi, rtol=1e-6)
+    np.testing.assert_allclose(length(controllers.three_rolls(start, goal)), 4.0 * np.pi, rtol=1e-6)
 
 
 def test_plans_scale_with_the_radius():
     start, goal = FROM_TO["anywhere in a square"]
     size = np.array([1.0, 1.0, 1.0, 1.0, 0.3, 0.3])
-    rolls = three_rolls(size * start, size * goal, radius=0.3)
+    rolls = controllers.three_rolls(size * start, size * goal, radius=0.3)
     assert np.max(missed(size * start, size * goal, rolls, 0.3)) < EXACT
     # the same family, and near its shortest the length depends on the place to second order only
-    np.testing.assert_allclose(length(rolls), 0.3 * length(three_rolls(start, goal)), rtol=1e-9)
+    np.testing.assert_allclose(
+        length(rolls), 0.3 * length(controllers.three_rolls(start, goal)), rtol=1e-9
+    )
 
 
 @every(cases("ball_reach"))
 def test_plans_are_no_longer_than_those_of_the_reference(case):
     given = case["in"]
     goal = np.concatenate([given["target_q"], given["target_xy"]])
-    rolls = three_rolls([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], goal, radius=given["a"])
+    rolls = controllers.three_rolls([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], goal, radius=given["a"])
     assert length(rolls) < case["out"]["path_length"] + EXACT
 
 
 def test_plans_of_a_batch_are_those_of_its_rows():
     start = uniform(12, 2.0, 6).reshape(2, 3, 6)
     radius = np.array([0.5, 1.0, 2.0])
-    rolls = three_rolls(start, HOME[0], radius=radius)
+    rolls = controllers.three_rolls(start, HOME[0], radius=radius)
     assert rolls.shape == (2, 3, 3, 2)
     for row in np.ndindex(2, 3):
-        alone = three_rolls(start[row], HOME[0], radius=radius[row[1]])
+        alone = controllers.three_rolls(start[row], HOME[0], radius=radius[row[1]])
         # products of matrices may be summed in another order, and each plan is near its shortest
         np.testing.assert_allclose(length(alone), length(rolls[row]), rtol=1e-9)
-    assert three_rolls(start[0, 0], HOME[0], radius=radius).shape == (3, 3, 2)
+    assert controllers.three_rolls(start[0, 0], HOME[0], radius=radius).shape == (3, 3, 2)
 
 
 @pytest.mark.long
 def test_ten_thousand_of_ten_thousand_poses_are_reached():
     start = uniform(13, 2.0, 10_000)
     distance, angle = missed(
-        start, np.broadcast_to(HOME[0], start.shape), three_rolls(start, HOME[0])
+        start, np.broadcast_to(HOME[0], start.shape), controllers.three_rolls(start, HOME[0])
     )
     assert np.max(distance) < 1e-9
     assert np.max(angle) < 1e-9
@@ -213,11 +206,11 @@ def test_ten_thousand_of_ten_thousand_poses_are_reached():
 
 def test_what_is_no_pose_or_no_ball_is_refused():
     with pytest.raises(ValueError, match=r"radius = 0\.0; expected positive"):
-        three_rolls(HOME[0], HOME[0], radius=0.0)
+        controllers.three_rolls(HOME[0], HOME[0], radius=0.0)
     with pytest.raises(ValueError, match=r"^q = .*; expected length 1"):
-        three_rolls([2.0, 0.0, 0.0, 0.0, 0.0, 0.0], HOME[0])
+        controllers.three_rolls([2.0, 0.0, 0.0, 0.0, 0.0, 0.0], HOME[0])
     with pytest.raises(ValueError, match=r"shape \(5,\)"):
-        three_rolls(HOME[0], np.zeros(5))
+        controllers.three_rolls(HOME[0], np.zeros(5))
 
 
 # The ball on its grid: Bellman's equation, parity, ways that lead home, and BallGrid.
@@ -229,7 +222,7 @@ REACH = 6
 
 @pytest.fixture(scope="module")
 def policy():
-    return QuarterRolls(BALL, REACH)
+    return controllers.QuarterRolls(BALL, REACH)
 
 
 def everywhere(policy, reach):
@@ -240,29 +233,31 @@ def everywhere(policy, reach):
 
 def after(y, side):
     """The state after a move, by the closed form of a straight roll."""
-    way = 0.5 * np.pi * BALL.radius * SIDES[side]
+    way = 0.5 * np.pi * BALL.radius * controllers.SIDES[side]
     q = rotations.multiply(rolling_ball.roll_straight(way, BALL.radius), y[..., :4])
     return np.concatenate([q, y[..., 4:6] + way], axis=-1)
 
 
 def test_the_attitudes_are_the_rotations_of_a_cube():
-    matrices = rotations.matrix_from_quaternion(attitudes())
+    matrices = rotations.matrix_from_quaternion(controllers.attitudes())
     assert matrices.shape == (24, 3, 3)
     np.testing.assert_allclose(np.rint(matrices), matrices, rtol=0, atol=1e-15)
     assert len(np.unique(np.rint(matrices).reshape(24, 9), axis=0)) == 24
-    np.testing.assert_array_equal(attitudes()[0], [1.0, 0.0, 0.0, 0.0])
+    np.testing.assert_array_equal(controllers.attitudes()[0], [1.0, 0.0, 0.0, 0.0])
 
 
 def test_a_move_is_a_quarter_roll():
     for side in range(4):
-        q = after(np.concatenate([attitudes(), np.zeros((24, 2))], axis=1), side)[:, :4]
-        expected = attitudes()[attitudes_after()[:, side]]
+        q = after(np.concatenate([controllers.attitudes(), np.zeros((24, 2))], axis=1), side)[:, :4]
+        expected = controllers.attitudes()[controllers.attitudes_after()[:, side]]
         np.testing.assert_allclose(np.abs(np.sum(q * expected, axis=1)), 1.0, rtol=0, atol=1e-15)
 
 
 def test_a_move_is_undone_by_the_opposite_one():
     for side in range(4):
-        there_and_back = attitudes_after()[attitudes_after()[:, side], (side + 2) % 4]
+        there_and_back = controllers.attitudes_after()[
+            controllers.attitudes_after()[:, side], (side + 2) % 4
+        ]
         np.testing.assert_array_equal(there_and_back, np.arange(24))
 
 
@@ -287,7 +282,7 @@ def test_exactly_twelve_of_the_24_attitudes_lead_home_from_each_cell(policy):
 
 def test_no_way_takes_more_than_six_moves_above_the_straight_one(policy):
     """What the square that is searched beyond the reach relies on."""
-    wide = QuarterRolls(BALL, 20)
+    wide = controllers.QuarterRolls(BALL, 20)
     moves = wide.moves(everywhere(wide, 20))
     i, j = np.indices(moves.shape[:2]) - 20
     detour = moves - (np.abs(i) + np.abs(j))[..., None]
@@ -299,7 +294,9 @@ def test_no_way_takes_more_than_six_moves_above_the_straight_one(policy):
 @pytest.mark.parametrize("reach", [0, 1, 2])
 def test_numbers_of_moves_do_not_depend_on_the_reach(policy, reach):
     poses = everywhere(policy, reach)
-    np.testing.assert_array_equal(QuarterRolls(BALL, reach).moves(poses), policy.moves(poses))
+    np.testing.assert_array_equal(
+        controllers.QuarterRolls(BALL, reach).moves(poses), policy.moves(poses)
+    )
 
 
 def test_every_goal_is_reached_in_the_fewest_moves(policy):
@@ -320,7 +317,7 @@ def test_at_home_it_goes_out_and_back(policy):
     home = BALL.state()
     out = after(home, int(policy(home)))
     assert policy.moves(out) == 1
-    np.testing.assert_array_equal(SIDES[policy(out)], -SIDES[policy(home)])
+    np.testing.assert_array_equal(controllers.SIDES[policy(out)], -controllers.SIDES[policy(home)])
 
 
 def test_each_row_of_a_batch_is_treated_as_alone(policy):
@@ -331,7 +328,7 @@ def test_each_row_of_a_batch_is_treated_as_alone(policy):
 
 
 def test_what_has_no_way_is_refused(policy):
-    tipped = BALL.state(q=attitudes()[1])
+    tipped = BALL.state(q=controllers.attitudes()[1])
     with pytest.raises(ValueError, match="expected a pose from which quarter rolls lead"):
         policy(tipped)
     assert policy.moves(tipped) == -1
@@ -342,17 +339,17 @@ def test_what_has_no_way_is_refused(policy):
     with pytest.raises(ValueError, match=r"^cells_to_goal = 7; expected at most"):
         policy(BALL.state(position=[0.35 * np.pi * 7, 0.0]))
     with pytest.raises(ValueError, match="reach = -1"):
-        QuarterRolls(BALL, -1)
+        controllers.QuarterRolls(BALL, -1)
 
 
 TASK = "rigid_envs.systems.rolling_ball.tasks:BallGrid"
-LAW = QuarterRolls(RollingBall(), 4)
+LAW = controllers.QuarterRolls(RollingBall(), 4)
 
 
 def cells_and_attitudes(y, radius):
     """Cells, shape (..., 2), and numbers of the attitudes, shape (...), of states (..., 6)."""
     cells = np.rint(y[..., 4:6] / (0.5 * np.pi * radius)).astype(int)
-    return cells, np.argmax(np.abs(y[..., :4] @ attitudes().T), axis=-1)
+    return cells, np.argmax(np.abs(y[..., :4] @ controllers.attitudes().T), axis=-1)
 
 
 def play(policy, n, seed=0):
@@ -372,14 +369,14 @@ def play(policy, n, seed=0):
 def test_the_moves_are_those_of_the_policy():
     envs = RigidVectorEnv(TASK, 96)
     y = np.zeros((24, 4, 6))
-    y[..., :4] = attitudes()[:, None]
+    y[..., :4] = controllers.attitudes()[:, None]
     envs.reset(options={"state": y.reshape(96, 6)})
     envs.step(np.tile(np.arange(4), 24))
     cells, number = cells_and_attitudes(envs.y, 1.0)
-    np.testing.assert_array_equal(cells, np.tile(SIDES, (24, 1)))
-    np.testing.assert_array_equal(number, attitudes_after().ravel())
+    np.testing.assert_array_equal(cells, np.tile(controllers.SIDES, (24, 1)))
+    np.testing.assert_array_equal(number, controllers.attitudes_after().ravel())
     # on the grid to rounding: nothing but the 24 attitudes comes of the moves
-    closest = np.max(np.abs(envs.y[:, :4] @ attitudes().T), axis=1)
+    closest = np.max(np.abs(envs.y[:, :4] @ controllers.attitudes().T), axis=1)
     np.testing.assert_allclose(closest, 1.0, rtol=0, atol=1e-15)
 
 
@@ -417,7 +414,7 @@ def test_rounding_does_not_move_the_ball_off_the_grid():
     env.reset(seed=0, options={"state": {"position": [7.0 * np.pi, 0.0]}})  # 20 cells from home
     for k in range(2000):
         cells, _ = cells_and_attitudes(env.y, 0.7)
-        away = np.max(np.abs(attitudes() @ env.y[:4]))
+        away = np.max(np.abs(controllers.attitudes() @ env.y[:4]))
         assert abs(away - 1.0) < 1e-15 * (k + 10)
         np.testing.assert_allclose(env.y[4:], cells * 0.35 * np.pi, rtol=0, atol=1e-13 * (k + 1))
         if env.step(int(rng.integers(0, 4)))[2]:
