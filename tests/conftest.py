@@ -22,11 +22,11 @@ logging.getLogger("rigid_envs.engine.compiler").setLevel(logging.WARNING)
 
 
 @pytest.hookimpl(trylast=True)  # ids may be chosen
-def pytest_configure(config: pytest.Config) -> None:
+def pytest_configure(config):
     """With `-n`, compile all kernels before the workers start."""
     compile_first(config)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(items):
     """Put the file that takes longest first: begun last, it would be waited for alone."""
     items.sort(key=lambda item: item.path.name != "test_machine_code.py")

@@ -3,14 +3,13 @@
 import re
 import shlex
 from pathlib import Path
-from typing import Any
 
 from rigid_envs.tools.cli import main
 
 DOCS = Path(__file__).parents[1] / "docs"
 
 
-def run_page(name: str, **shorter: str) -> dict[str, Any]:
+def run_page(name, **shorter):
     """Runs all blocks of docs/NAME in the current folder; the names that Python has then.
 
     Args:
@@ -18,7 +17,7 @@ def run_page(name: str, **shorter: str) -> dict[str, Any]:
         **shorter: texts in the blocks, each of which stands there, and what is run in their place;
             a digit first is written with an underscore before it.
     """
-    names: dict[str, Any] = {}
+    names = {}
     text = (DOCS / name).read_text(encoding="utf-8")
     for long, short in shorter.items():
         assert long.removeprefix("_") in text
@@ -33,7 +32,7 @@ def run_page(name: str, **shorter: str) -> dict[str, Any]:
     return names
 
 
-def _run(words: list[str]) -> None:
+def _run(words):
     if words[:2] != ["pip", "install"]:
         assert words[0] == "rigid-envs"
         assert main(words[1:]) == 0, words

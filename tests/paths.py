@@ -1,27 +1,26 @@
 """Paths at which there is not what a command expects."""
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
 
-def _of(make: Callable[[Path], object], below: str = "") -> Callable[[Path], Path]:
+def _of(make, below=""):
     """Makes a thing in a folder, and gives its path, or one below it."""
 
-    def made(folder: Path) -> Path:
+    def made(folder):
         make(folder / "thing")
         return folder / "thing" / below
 
     return made
 
 
-def _random(seed: int, size: int, head: bytes = b"") -> Callable[[Path], object]:
+def _random(seed, size, head=b""):
     return lambda path: path.write_bytes(head + np.random.default_rng(seed).bytes(size))
 
 
-PATHS: dict[str, Callable[[Path], Path]] = {
+PATHS = {
     "missing": _of(lambda path: None),
     "folder": _of(Path.mkdir),
     "empty": _of(Path.touch),

@@ -5,7 +5,6 @@ printed; `cond`, where given, is how much a relative input error of one eps move
 """
 
 import json
-from collections.abc import Iterable
 from functools import cache
 from operator import itemgetter
 from pathlib import Path
@@ -17,28 +16,28 @@ Case = dict[str, Any]
 
 
 @cache
-def all_cases() -> list[Case]:
+def all_cases():
     """Return the cases of all kinds."""
     path = Path(__file__).parent / "data" / "reference_cases.json"
-    found: list[Case] = json.loads(path.read_text(encoding="utf-8"))["cases"]
+    found = json.loads(path.read_text(encoding="utf-8"))["cases"]
     return found
 
 
 @cache
-def _by_kind() -> dict[str, list[Case]]:
-    kinds: dict[str, list[Case]] = {}
+def _by_kind():
+    kinds = {}
     for case in all_cases():
         kinds.setdefault(case["kind"], []).append(case)
     return kinds
 
 
-def cases(kind: str) -> list[Case]:
+def cases(kind):
     """Return the cases of one kind."""
     if kind not in _by_kind():
         raise ValueError(f"kind = {kind!r}: expected one of {', '.join(sorted(_by_kind()))}")
     return _by_kind()[kind]
 
 
-def every(found: Iterable[Case]) -> pytest.MarkDecorator:
+def every(found):
     """Give a test every one of some cases, as `case`."""
     return pytest.mark.parametrize("case", found, ids=itemgetter("id"))

@@ -2,8 +2,6 @@
 
 import math
 import re
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +12,7 @@ NO_NUMBERS = [True, np.True_, math.nan, math.inf, "1", None, 1j, [[1.0], [1.0, 2
 NO_SCALARS = [*NO_NUMBERS, [1.0], np.ones(2)]
 
 
-def refusal(call: Callable[..., Any], *args: Any, **kwargs: Any) -> str:
+def refusal(call, *args, **kwargs):
     """The message with which arguments are refused, which obeys the grammar."""
     with pytest.raises(ValueError) as refused:
         call(*args, **kwargs)

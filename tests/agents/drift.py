@@ -10,7 +10,6 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from numpy.typing import NDArray
 
 ID = "Drift-v0"
 
@@ -18,12 +17,12 @@ ID = "Drift-v0"
 class Drift(VectorEnv[Any, Any, Any]):
     def __init__(
         self,
-        num_envs: int = 1,
-        max_episode_steps: int = 20,
-        autoreset_mode: str = "SameStep",
-        noise: float = 0.05,
-        bad_reward_at: int = -1,
-    ) -> None:
+        num_envs=1,
+        max_episode_steps=20,
+        autoreset_mode="SameStep",
+        noise=0.05,
+        bad_reward_at=-1,
+    ):
         if not 0 <= noise <= 1:
             raise ValueError(f"config.noise: expected a number in [0, 1], got {noise}")
         self.metadata = {"autoreset_mode": AutoresetMode(autoreset_mode), "render_modes": []}
@@ -41,7 +40,7 @@ class Drift(VectorEnv[Any, Any, Any]):
             "ticks": np.zeros((), dtype=np.int64),
         }
 
-    def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+    def reset(self, *, seed=None, options=None):
         if seed is not None:
             seeds = seed if isinstance(seed, list) else [seed + i for i in range(self.num_envs)]
             self.state["seed"][:] = seeds
@@ -49,7 +48,7 @@ class Drift(VectorEnv[Any, Any, Any]):
         self._start(np.ones(self.num_envs, dtype=bool))
         return self._observe(), self._info(np.zeros(self.num_envs, dtype=bool))
 
-    def step(self, actions: NDArray[Any]) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+    def step(self, actions):
         if actions.shape != (self.num_envs, 2):
             raise ValueError(f"actions of shape {actions.shape}")
         x = self.state["x"]
@@ -78,25 +77,25 @@ class Drift(VectorEnv[Any, Any, Any]):
             info["_final_obs"] = done
         return self._observe(), reward, terminated, truncated, info
 
-    def get_state(self) -> dict[str, NDArray[Any]]:
+    def get_state(self):
         return {key: value.copy() for key, value in self.state.items()}
 
-    def set_state(self, state: dict[str, NDArray[Any]]) -> None:
+    def set_state(self, state):
         for key, value in state.items():
             self.state[key][...] = value
 
-    def _info(self, success: NDArray[np.bool_]) -> dict[str, Any]:
+    def _info(self, success):
         return {"is_success": success.copy(), "cost": np.zeros(self.num_envs)}
 
-    def _observe(self) -> NDArray[np.float32]:
+    def _observe(self):
         return self.state["x"].astype(np.float32)
 
-    def _start(self, rows: NDArray[np.bool_]) -> None:
+    def _start(self, rows):
         start = 2.0 * np.column_stack([self._uniform(rows), self._uniform(rows)])
         self.state["x"][rows] = start[rows]
         self.state["elapsed"][rows] = 0
 
-    def _uniform(self, rows: NDArray[np.bool_] | bool = True) -> NDArray[np.float64]:
+    def _uniform(self, rows=True):
         with np.errstate(over="ignore"):
             z = self.state["seed"] + self.state["draws"] * np.uint64(0x9E3779B97F4A7C15)
             z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)

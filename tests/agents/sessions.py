@@ -7,16 +7,13 @@ import multiprocessing
 import multiprocessing.forkserver
 import sys
 import traceback
-from multiprocessing.process import BaseProcess
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from agents.config.entries import Config, config_from
-from agents.storage.runs import Run, create_run
+from agents.config.entries import config_from
+from agents.storage.runs import create_run
 
-SMALL: dict[str, Any] = {
+SMALL = {
     "env_id": "Drift-v0",
     "n_envs": 16,
     "n_steps": 32,
@@ -32,12 +29,12 @@ SMALL: dict[str, Any] = {
 """A run of 40 updates in about a second."""
 
 
-def small(folder: Path, **entries: Any) -> Config:
+def small(folder, **entries):
     """The config of a small run in a folder, with these entries."""
     return config_from({**SMALL, "log_dir": str(folder), "run_name": "r", **entries})
 
 
-def begun(config: Config) -> Run:
+def begun(config):
     """A run that was begun, and left before its first step."""
     run = create_run(config)
     run.begin()
@@ -59,7 +56,7 @@ SAME = (
 """Files of a run that have the same bytes however often it was killed."""
 
 
-def assert_same_files(run: Path, other: Path) -> None:
+def assert_same_files(run, other):
     """What two runs have logged, learnt and found is the same, to the bit."""
     for name in SAME:
         assert (run / name).read_bytes() == (other / name).read_bytes(), run / name
@@ -69,28 +66,28 @@ def assert_same_files(run: Path, other: Path) -> None:
             np.testing.assert_array_equal(a[key], b[key])
 
 
-def start(values: dict[str, Any] | None, resume: Path | None = None) -> BaseProcess:
+def start(values, resume=None):
     """Begin a session: a new run of these config entries, or an old one."""
     process = _context.Process(target=_session, args=(values, resume))
     process.start()
     return process
 
 
-def start_writer(path: Path, size: int) -> BaseProcess:
+def start_writer(path, size):
     """Begin to write a file of so many numbers, over and over."""
     process = _context.Process(target=_write, args=(path, size))
     process.start()
     return process
 
 
-def finish(process: BaseProcess, timeout: float = 60) -> int:
+def finish(process, timeout=60):
     """Wait for a session; its exit status, negative for a signal that killed it."""
     process.join(timeout)
     assert process.exitcode is not None, "the session did not end"
     return process.exitcode
 
 
-def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
+def _session(values, resume):
     import tests.agents.drift  # noqa: F401, registers the environment
     from agents.training.trainer import train
 
@@ -102,7 +99,7 @@ def _session(values: dict[str, Any] | None, resume: Path | None) -> None:
     sys.exit(0 if outcome.stopped_by is None else 128 + outcome.stopped_by)
 
 
-def _write(path: Path, size: int) -> None:
+def _write(path, size):
     from rigid_envs.base.files import save_tensors
 
     for k in range(10**9):

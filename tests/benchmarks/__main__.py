@@ -9,10 +9,8 @@ MuJoCo (`pip install mujoco`), and downloads PufferLib's source package once.
 import argparse
 import shutil
 import sys
-from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
 from rigid_envs.base.files import lined_json, write_atomic
 from rigid_envs.engine.provenance import provenance
@@ -26,7 +24,7 @@ from tests.benchmarks.growth import by_option, by_size
 from tests.benchmarks.kernel_vs_c import compare
 from tests.benchmarks.limit import limit
 from tests.benchmarks.page import markdown
-from tests.benchmarks.ppo_phases import IDS, PHASES, Phases, measure
+from tests.benchmarks.ppo_phases import IDS, PHASES, measure
 from tests.benchmarks.pufferlib_drone import compare as compare_with_drones
 from tests.benchmarks.stock_ppo import measure as measure_stock
 
@@ -34,7 +32,7 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 _QUICK_STEPS = 50_000
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv=None):
     """Measure, and write data and page."""
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="a first look, some minutes")
@@ -65,7 +63,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _training(found: Phases) -> dict[str, Any]:
+def _training(found):
     return {
         "env_id": found.env_id,
         "timesteps": found.timesteps,

@@ -9,12 +9,8 @@ All on one thread of torch. Prints the median time of each, and its ratio to the
 quartiles.
 """
 
-from __future__ import annotations
-
 import argparse
 import tempfile
-from collections.abc import Callable, Iterator
-from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -30,7 +26,7 @@ from rigid_envs import load
 from rigid_envs.envs.lookup import checked_id
 from rigid_envs.sb3.adapter import make_vec_env
 from rigid_envs.sb3.exporting import ACTIVATIONS, Tanh
-from rigid_envs.scores.trained import CompiledPolicy, weights_of
+from rigid_envs.scores.trained import weights_of
 from rigid_envs.tools.bench.measuring import Workload, time_interleaved
 from rigid_envs.tools.pages.tables import table
 
@@ -38,10 +34,10 @@ IDS = ("BallPark", "IntermediateAxis", "DiskRollRandom", "BallParkGoal", "BallGr
 ROWS = 256
 
 
-def _workload(name: str, kind: str, call: Callable[[], object]) -> Workload:
+def _workload(name, kind, call):
     """Calls it again and again; steps are its calls."""
 
-    def run(times: int) -> int:
+    def run(times):
         for _ in range(times):
             call()
         return times
@@ -49,18 +45,18 @@ def _workload(name: str, kind: str, call: Callable[[], object]) -> Workload:
     return Workload(name, kind, run)
 
 
-def rows(ids: list[str]) -> Iterator[Workload]:
+def rows(ids):
     """Steps of all rows by drawn actions, resets included."""
     for env_id in map(checked_id, ids or IDS):
         for kind, make in {"adapter": make_vec_env, "their rows": their_make_vec_env}.items():
-            env: Any = make(env_id, ROWS, seed=0)
+            env = make(env_id, ROWS, seed=0)
             env.action_space.seed(0)
             drawn = np.array([env.action_space.sample() for _ in range(ROWS)])
             env.reset()
             yield _workload(env_id, kind, lambda env=env, drawn=drawn: env.step(drawn))
 
 
-def actions(names: list[str]) -> Iterator[Workload]:
+def actions(names):
     """Actions for one observation, and for 500 together."""
     policy = load(names[0] if names else "BallPark")
     for n in (1, 500):
@@ -69,9 +65,9 @@ def actions(names: list[str]) -> Iterator[Workload]:
             yield _workload(f"{n} observations", kind, lambda act=act, obs=obs: act(obs))
 
 
-def _in_torch(policy: CompiledPolicy) -> Callable[[Any], Any]:
+def _in_torch(policy):
     """The modes of a Gaussian policy, as torch computes them."""
-    modules: list[torch.nn.Module] = []
+    modules = []
     for k, weight in enumerate(weights_of(policy.arrays)):
         layer = torch.nn.Linear(weight.shape[1], len(weight))
         layer.weight.data = torch.tensor(weight)
@@ -80,14 +76,14 @@ def _in_torch(policy: CompiledPolicy) -> Callable[[Any], Any]:
     network = torch.nn.Sequential(*modules[:-1])
     low, high = policy.arrays["action.low"], policy.arrays["action.high"]
 
-    def act(obs: Any) -> Any:
+    def act(obs):
         with torch.no_grad():
             return np.clip(network(torch.as_tensor(obs)).numpy(), low, high)
 
     return act
 
 
-def updates(_: list[str]) -> Iterator[Workload]:
+def updates(_):
     """Updates of trainings on BallPark by its recipe."""
     recipe = recipe_for("RigidEnvs/BallPark-v0", "ppo", "reduced")
     never = {"eval_every": 10**9, "checkpoint_every": 10**9, "log_dir": tempfile.mkdtemp()}
@@ -107,7 +103,7 @@ def updates(_: list[str]) -> Iterator[Workload]:
         yield _workload("update", kind, trainer.iterate)
 
 
-def main() -> None:
+def main():
     """Print the table."""
     kinds = {"rows": rows, "actions": actions, "updates": updates}
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])

@@ -11,11 +11,9 @@ from __future__ import annotations
 import math
 import operator
 from collections import Counter
-from collections.abc import Callable
 from typing import Any
 
 from rigid_envs.engine import elementary
-from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.mechanics.symbolic import Tracer
 from rigid_envs.tools.pages.tables import table
@@ -37,7 +35,7 @@ class Counted(float):
     origins: dict[Origin, int]
     index: int
 
-    def __new__(cls, value: float, origins: dict[Origin, int], origin: Origin) -> Counted:
+    def __new__(cls, value, origins, origin):
         """The result of an operation."""
         made = super().__new__(cls, value)
         made.origins = origins
@@ -45,10 +43,10 @@ class Counted(float):
         return made
 
 
-def _counting(kind: str, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+def _counting(kind, name, function):
     """A function of numbers, noted where one of them is counted."""
 
-    def counted(*numbers: Any) -> Any:
+    def counted(*numbers):
         origins = next((x.origins for x in numbers if isinstance(x, Counted)), None)
         result = function(*(float(x) if isinstance(x, Counted) else x for x in numbers))
         if origins is None:
@@ -60,7 +58,7 @@ def _counting(kind: str, name: str, function: Callable[..., Any]) -> Callable[..
     return counted
 
 
-def _reflected(function: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+def _reflected(function):
     return lambda a, b: function(b, a)
 
 
@@ -76,7 +74,7 @@ for _name in ("neg", "abs"):
 _fused = _counting("fma", "fma", lambda a, b, c: a * b + c)
 
 
-def _fma(a: Any, b: Any, c: Any) -> Any:
+def _fma(a, b, c):
     """``a * b + c``; with a factor of 1 it is a sum, as a compiler makes it."""
     if not isinstance(b, Counted) and b == 1.0:
         return a + c
@@ -94,14 +92,14 @@ _LIBRARY = {
 }
 
 
-def count(function: Any, *arguments: Any) -> Counter[str]:
+def count(function, *arguments):
     """Operations of one call, by `KINDS`.
 
     Args:
         function: compiled or not.
         arguments: rows of numbers, and plain numbers, which are the same for all rows.
     """
-    origins: dict[Origin, int] = {}
+    origins = {}
     rows = [
         _row(given, k, origins) if isinstance(given, tuple) else given
         for k, given in enumerate(arguments)
@@ -111,17 +109,17 @@ def count(function: Any, *arguments: Any) -> Counter[str]:
     return Counter({kind: found[kind] for kind in KINDS})
 
 
-def _row(row: Any, argument: int, origins: dict[Origin, int]) -> Any:
+def _row(row, argument, origins):
     numbers = (Counted(x, origins, ("given", argument, k)) for k, x in enumerate(row))
     return type(row)(*numbers) if hasattr(row, "_fields") else tuple(numbers)
 
 
-def flops(counts: Counter[str]) -> int:
+def flops(counts):
     """Floating-point operations: an fma is two of them, a choice is none."""
     return sum(counts[kind] for kind in KINDS if kind != "choice") + counts["fma"]
 
 
-def of_substep(dynamics: Dynamics) -> Counter[str]:
+def of_substep(dynamics):
     """Operations of a step of the integrator: all of its stages, and `restore`."""
     state, inputs, parameters = dynamics.prototypes
     counts = count(dynamics.restore, state)
@@ -131,14 +129,14 @@ def of_substep(dynamics: Dynamics) -> Counter[str]:
     return counts
 
 
-def of_period(env_id: str) -> Counter[str]:
+def of_period(env_id):
     """Operations of the integrator in a control period of an environment."""
     task = task_of(env_id)
     substep = of_substep(task.compiled.dynamics)
     return Counter({kind: task.n_substeps * substep[kind] for kind in KINDS})
 
 
-def main() -> None:
+def main():
     """Print the operations of a substep and of a control period."""
     rows = []
     for env_id in IDS:

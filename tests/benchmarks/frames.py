@@ -8,14 +8,11 @@ lives, and so does what other programs do for some seconds. So all ids take turn
 each time in a process of its own, and all rounds count.
 """
 
-from __future__ import annotations
-
 import json
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -33,7 +30,7 @@ ROWS, TURNS = 4096, 8
 _SAMPLE = 0.01  # [s]
 
 
-def by_frame(rounds: int) -> dict[str, Any]:
+def by_frame(rounds):
     """Every id that has a reduced frame, in it against in the world; and where this was measured.
 
     Args:
@@ -53,12 +50,12 @@ def by_frame(rounds: int) -> dict[str, Any]:
     return {"provenance": provenance(), "rounds": rounds, "turns": TURNS, "rows": rows}
 
 
-def _turn(rounds: int) -> dict[str, Any]:
+def _turn(rounds):
     ids = [env_id for env_id in ENVIRONMENTS if task_of(env_id).reduction is not None]
     return {env_id: _times(env_id, rounds) for env_id in ids}
 
 
-def _times(env_id: str, rounds: int) -> Any:
+def _times(env_id, rounds):
     """Time of a row [ns] in every frame and round, in environments of its own."""
     workloads = [
         Workload(env_id, frame, vector_workload(staggered(env_id, ROWS, 1, frame=frame)))
@@ -67,7 +64,7 @@ def _times(env_id: str, rounds: int) -> Any:
     return 1e9 / np.array([r.samples for r in time_interleaved(workloads, rounds, _SAMPLE)])
 
 
-def main() -> None:
+def main():
     """Measure, and write data and page."""
     data = json.loads((DOCS / "speed.json").read_text(encoding="utf-8"))
     data["frames"] = by_frame(20)

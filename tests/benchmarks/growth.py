@@ -5,19 +5,16 @@ Run from the checkout: ``python -m tests.benchmarks.growth``. All of a table tak
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleaved, vector_workload
 from rigid_envs.tools.pages.tables import table
 
 IDS = ("IntermediateAxis", "BallPark")
 SIZES = (1, 16, 256, 4096, 2**16, 2**20)
-OPTIONS: dict[str, dict[str, Any]] = {
+OPTIONS = {
     "none": {},
     "action noise": {"action_noise": 0.1},
     "observation noise": {"observation_noise": 0.1},
@@ -51,7 +48,7 @@ class Growth:
     quartiles: tuple[float, float]
 
 
-def by_size(rounds: int) -> list[Growth]:
+def by_size(rounds):
     """Every id with every number of rows, against one row.
 
     Args:
@@ -64,7 +61,7 @@ def by_size(rounds: int) -> list[Growth]:
     ]
 
 
-def by_option(rounds: int) -> list[Growth]:
+def by_option(rounds):
     """`BallPark` with options, against none.
 
     Args:
@@ -73,7 +70,7 @@ def by_option(rounds: int) -> list[Growth]:
     return _measured("BallPark", {text: (4096, given) for text, given in OPTIONS.items()}, rounds)
 
 
-def _measured(name: str, forms: dict[str, tuple[int, dict[str, Any]]], rounds: int) -> list[Growth]:
+def _measured(name, forms, rounds):
     workloads = [
         Workload(name, form, vector_workload(staggered(f"RigidEnvs/{name}-v0", n, 1, **given)))
         for form, (n, given) in forms.items()
@@ -82,7 +79,7 @@ def _measured(name: str, forms: dict[str, tuple[int, dict[str, Any]]], rounds: i
     return growth_of(name, forms, 1e9 / rates)
 
 
-def growth_of(name: str, forms: Iterable[str], nanoseconds: npt.NDArray[Any]) -> list[Growth]:
+def growth_of(name, forms, nanoseconds):
     """Every form against the first.
 
     Args:
@@ -97,7 +94,7 @@ def growth_of(name: str, forms: Iterable[str], nanoseconds: npt.NDArray[Any]) ->
     return found
 
 
-def main() -> None:
+def main():
     """Print both tables."""
     for found in (by_size(20), by_option(50)):
         rows = [(g.name, g.form, f"{g.nanoseconds:.1f} ns", f"{g.ratio:.2f}") for g in found]

@@ -12,7 +12,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import cycle, islice
 from pathlib import Path
@@ -30,7 +30,7 @@ from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.tasks.task import aligned_zeros
-from rigid_envs.tools.bench.measuring import Throughput, Workload, time_interleaved
+from rigid_envs.tools.bench.measuring import Workload, time_interleaved
 from rigid_envs.tools.pages.tables import table
 
 KERNELS = "rigid_envs.engine"
@@ -39,17 +39,16 @@ _FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC")
 _VARIANTS = ("stage_by_stage", "in_registers")
 _TARGET = 1.2  # of the free body
 
-Loop = Callable[[Array, int, float, int], None]
 """``loop(buffer, n_blocks, h, n_substeps)``."""
 
 
-def _turning(random: np.random.Generator, n: int) -> tuple[Array, Array]:
+def _turning(random, n):
     """Bodies that turn at about 1 rad/s under constant torques."""
     omega = random.uniform(-1.0, 1.0, (n, 3))
     return np.hstack([_attitudes(random, n), omega]), random.uniform(-0.2, 0.2, (n, 3))
 
 
-def _spinning(random: np.random.Generator, n: int) -> tuple[Array, Array]:
+def _spinning(random, n):
     """Tops with more than the spin with which they sleep, 4 rad/s, under all of the inputs."""
     turn, tilt = random.uniform((-np.pi, 0.0), (np.pi, 0.3), (n, 2)).T
     y = np.zeros((n, 11))
@@ -58,14 +57,14 @@ def _spinning(random: np.random.Generator, n: int) -> tuple[Array, Array]:
     return y, random.uniform(-0.05, 0.05, (n, 8))
 
 
-def _rolling(random: np.random.Generator, n: int) -> tuple[Array, Array]:
+def _rolling(random, n):
     """Balls anywhere, with velocities near 1, that turn by up to a quarter in a step of 0.1 s."""
     places, u = random.uniform(-1.0, 1.0, (n, 2)), random.uniform(-1.0, 1.0, (n, 3))
     u[:, 2] *= 15.0
     return np.hstack([_attitudes(random, n), places]), u
 
 
-def _upright(random: np.random.Generator, n: int) -> tuple[Array, Array]:
+def _upright(random, n):
     """Disks that are fast enough to stay upright, 1.8 rad/s, under small torques."""
     turn, lean, phase = random.uniform(-1.0, 1.0, (3, n))
     angles = np.stack([np.pi * turn, 0.5 * np.pi + 0.2 * lean, np.pi * phase], axis=-1)
@@ -75,7 +74,7 @@ def _upright(random: np.random.Generator, n: int) -> tuple[Array, Array]:
     return y, random.uniform(-0.1, 0.1, (n, 3))
 
 
-def _attitudes(random: np.random.Generator, n: int) -> Array:
+def _attitudes(random, n):
     q = random.normal(size=(n, 4))
     return q / np.linalg.norm(q, axis=-1, keepdims=True)
 
@@ -96,7 +95,7 @@ class Case:
     start: Callable[[np.random.Generator, int], tuple[Array, Array]]
     h: float
 
-    def rows(self) -> Array:
+    def rows(self):
         """Blocks of `N` rows, as the loops want them; they begin at a line of the cache."""
         y, u = self.start(np.random.default_rng(0), N)
         p = np.tile(self.system.parameters, (N, 1))
@@ -116,7 +115,7 @@ CASES = {
 
 
 @functools.cache
-def loops(case: Case) -> dict[str, Loop]:
+def loops(case):
     """The loops of a system by name: that of the kernels first, then those in C.
 
     Raises:
@@ -127,7 +126,7 @@ def loops(case: Case) -> dict[str, Loop]:
     return {KERNELS: _kernel_loop(case), **in_c}
 
 
-def compiled(source: str) -> ctypes.CDLL:
+def compiled(source):
     """A file of this folder, compiled for this machine.
 
     Raises:
@@ -140,7 +139,7 @@ def compiled(source: str) -> ctypes.CDLL:
         return ctypes.CDLL(str(library))
 
 
-def _kernel_loop(case: Case) -> Loop:
+def _kernel_loop(case):
     """The integration loop of the environments, over blocks of rows."""
     dynamics = case.system.dynamics
     step, restore, weights = dynamics.step, dynamics.restore, dynamics.weights
@@ -148,7 +147,7 @@ def _kernel_loop(case: Case) -> Loop:
     size = sum(map(len, prototypes)) * LANES
 
     @numba.njit(error_model="numpy", nogil=True)
-    def loop(buffer: Array, n_blocks: int, h: float, n_substeps: int) -> None:
+    def loop(buffer, n_blocks, h, n_substeps):
         for block in range(n_blocks):
             base = block * size
             integrate(step, restore, weights, prototypes, buffer, base, LANES, h, n_substeps)
@@ -156,17 +155,17 @@ def _kernel_loop(case: Case) -> Loop:
     return loop
 
 
-def _loop(function: "ctypes._NamedFuncPointer") -> Loop:
+def _loop(function):
     function.argtypes = (ctypes.c_void_p, ctypes.c_long, ctypes.c_double, ctypes.c_long)
     function.restype = None
 
-    def loop(buffer: Array, n_blocks: int, h: float, n_substeps: int) -> None:
+    def loop(buffer, n_blocks, h, n_substeps):
         function(buffer.ctypes.data, n_blocks, h, n_substeps)
 
     return loop
 
 
-def difference(case: Case, name: str) -> float:
+def difference(case, name):
     """Largest difference of a loop to the kernel after 100 steps."""
     ends = []
     for loop in (loops(case)[KERNELS], loops(case)[name]):
@@ -175,11 +174,11 @@ def difference(case: Case, name: str) -> float:
     return float(np.max(np.abs(ends[1] - ends[0])))
 
 
-def workload(case: Case, name: str, column: str, h: float, n_substeps: int = 1) -> Workload:
+def workload(case, name, column, h, n_substeps=1):
     """Runs periods of some substeps, forth and back in turn: the rows stay near their starts."""
     loop, buffer, lengths = loops(case)[name], case.rows(), cycle((h, -h))
 
-    def run(times: int) -> int:
+    def run(times):
         for length in islice(lengths, times):
             loop(buffer, N // LANES, length, n_substeps)
         return times * N
@@ -206,7 +205,7 @@ class Loops:
     difference: float
 
 
-def compare(rounds: int) -> dict[str, list[Loops]]:
+def compare(rounds):
     """By system, the kernels' loop, and those in C.
 
     Args:
@@ -224,7 +223,7 @@ def compare(rounds: int) -> dict[str, list[Loops]]:
     return {system: list(_compared(system, results)) for system in CASES}
 
 
-def _compared(system: str, results: list[Throughput]) -> Iterator[Loops]:
+def _compared(system, results):
     ours, *others = (result for result in results if result.column == system)
     for result in (ours, *others):
         low, median, high = np.percentile(ours.ratio(result), (25, 50, 75)).tolist()
@@ -232,7 +231,7 @@ def _compared(system: str, results: list[Throughput]) -> Iterator[Loops]:
         yield Loops(result.name, 1e9 / result.median, median, (low, high), apart)
 
 
-def main() -> int:
+def main():
     """Measure; the status is 1 if the goal is missed, 2 if there is no gcc."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     parser.add_argument("--rounds", type=int, default=200)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from rigid_envs.base.checks import Array
 from rigid_envs.envs.lookup import full_id, task_of
 from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleaved, vector_workload
 from tests.benchmarks.flops import IDS, flops, of_period
-from tests.benchmarks.kernel_vs_c import CASES, KERNELS, Case, N, compiled, loops, workload
+from tests.benchmarks.kernel_vs_c import CASES, KERNELS, N, compiled, loops, workload
 
 _TURN = 0.01  # [s]
 CORE = "core"
@@ -61,7 +58,7 @@ class Limit:
     periods: list[Period]
 
 
-def limit(rounds: int) -> Limit:
+def limit(rounds):
     """Measure all in turns: the core, our loops and those in C, and whole steps.
 
     Args:
@@ -82,7 +79,7 @@ def limit(rounds: int) -> Limit:
     return Limit(per_nanosecond, periods)
 
 
-def _of_period(env_id: str) -> Iterable[Workload]:
+def _of_period(env_id):
     """All loops of an environment over a control period, and its whole step."""
     task = task_of(full_id(env_id))
     case, h = _case(task.compiled.dynamics), task.dt / task.n_substeps
@@ -91,11 +88,11 @@ def _of_period(env_id: str) -> Iterable[Workload]:
     yield Workload(_STEP, env_id, vector_workload(staggered(full_id(env_id), N, 1)))
 
 
-def _case(dynamics: Any) -> Case:
+def _case(dynamics):
     return next(case for case in CASES.values() if case.system.dynamics is dynamics)
 
 
-def period(env_id: str, of_core: dict[str, Array], of_row: dict[str, Array]) -> Period:
+def period(env_id, of_core, of_row):
     """What times of operations and of loops, each in all rounds [ns], say of an environment."""
     counts = of_period(full_id(env_id))
     in_c = [time for name, time in of_row.items() if name not in (KERNELS, _STEP)]
@@ -116,7 +113,7 @@ def period(env_id: str, of_core: dict[str, Array], of_row: dict[str, Array]) -> 
     )
 
 
-def _median_and_quartiles(ratio: Array) -> tuple[float, float, float]:
+def _median_and_quartiles(ratio):
     low, median, high = np.percentile(ratio, (25, 50, 75)).tolist()
     return median, low, high
 
@@ -124,7 +121,7 @@ def _median_and_quartiles(ratio: Array) -> tuple[float, float, float]:
 # What a core can do: operations per second of each kind, on vectors in registers.
 
 
-def throughputs() -> list[Workload]:
+def throughputs():
     """A workload for each kind of operation; its steps are operations.
 
     Raises:
@@ -135,11 +132,11 @@ def throughputs() -> list[Workload]:
     return [_workload(kind, getattr(library, name), numbers) for kind, name in _FUNCTIONS.items()]
 
 
-def _workload(kind: str, function: ctypes._NamedFuncPointer, numbers: int) -> Workload:
+def _workload(kind, function, numbers):
     function.argtypes = (ctypes.c_long,)
     function.restype = ctypes.c_double
 
-    def run(times: int) -> int:
+    def run(times):
         function(times * _TIMES)
         return times * _TIMES * numbers
 

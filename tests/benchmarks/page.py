@@ -1,9 +1,7 @@
 """The page docs/speed.md, from its text in page.md and the figures in docs/speed.json."""
 
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from rigid_envs.tools.cli.collecting import as_factor, as_time
 from rigid_envs.tools.pages.tables import Table
@@ -24,7 +22,7 @@ _BOUNDS = ("all fused", "as written", "C")
 _FORMS = ("N = 1", "16", "256", "4096", "2 threads")
 
 
-def markdown(data: Mapping[str, Any]) -> str:
+def markdown(data):
     """The page.
 
     Args:
@@ -61,7 +59,7 @@ def markdown(data: Mapping[str, Any]) -> str:
     )
 
 
-def _steps(speeds: Mapping[tuple[str, str], float]) -> str:
+def _steps(speeds):
     ours = [name for name, column in speeds if column == "4096" and name.endswith("-v0")]
     cells = [(f"`{_short(n)}`", *_times(speeds, (n, "bare"), (n, "4096"))) for n in ours]
     peers = (("CartPole-v1", "CartPole-v1, NumPy", "4096"), ("Pendulum-v1", "", ""))
@@ -75,13 +73,13 @@ def _steps(speeds: Mapping[tuple[str, str], float]) -> str:
     return _table(("", "single", "row") * _N_COLUMNS, lines, "<>><>>")
 
 
-def _by_rows(speeds: Mapping[tuple[str, str], float]) -> str:
+def _by_rows(speeds):
     shown = {**{n: f"`{_short(n)}`" for n in _SHOWN}, "CartPole-v1, NumPy": "CartPole-v1, NumPy"}
     rows = [(text, *_times(speeds, *((n, form) for form in _FORMS))) for n, text in shown.items()]
     return _table(("", "1", "16", "256", "4096", "4096, 2 threads"), rows, "<>>>>>")
 
 
-def _sizes(sizes: Sequence[Mapping[str, Any]]) -> str:
+def _sizes(sizes):
     forms = tuple(dict.fromkeys(growth["form"] for growth in sizes))
     times = {(g["name"], g["form"]): _row_time(g) for g in sizes}
     rows = [
@@ -92,12 +90,12 @@ def _sizes(sizes: Sequence[Mapping[str, Any]]) -> str:
     return _table(head, rows, "<" + ">" * len(forms))
 
 
-def _options(options: Iterable[Mapping[str, Any]]) -> str:
+def _options(options):
     rows = [(growth["form"], _row_time(growth), *_ratio(growth)) for growth in options]
     return _table(("option", "row", "times", "quartiles"), rows, "<>>>")
 
 
-def _frames(rows: Iterable[Mapping[str, Any]]) -> str:
+def _frames(rows):
     rows = list(rows)
     shown = [
         (f"`{there['name']}`", _row_time(here), _row_time(there), *_ratio(there))
@@ -106,16 +104,16 @@ def _frames(rows: Iterable[Mapping[str, Any]]) -> str:
     return _table(("", "world", "reduced", "times", "quartiles"), shown, "<>>>>")
 
 
-def _row_time(found: Mapping[str, Any]) -> str:
+def _row_time(found):
     return as_time(1e-9 * found["nanoseconds"])
 
 
-def _ratio(found: Mapping[str, Any]) -> tuple[str, str]:
+def _ratio(found):
     """A ratio and its quartiles."""
     return f"{found['ratio']:.2f}", " .. ".join(f"{end:.2f}" for end in found["quartiles"])
 
 
-def _ratios(ratios: Iterable[Mapping[str, Any]]) -> str:
+def _ratios(ratios):
     rows = [
         (
             f"`{_short(r['name'])}`",
@@ -129,7 +127,7 @@ def _ratios(ratios: Iterable[Mapping[str, Any]]) -> str:
     return _table(("", "form", "against", "faster by", "quartiles"), rows, "<<<>>")
 
 
-def _loops(loops: Sequence[Mapping[str, Any]]) -> str:
+def _loops(loops):
     rows = [
         (
             loop["name"],
@@ -143,12 +141,12 @@ def _loops(loops: Sequence[Mapping[str, Any]]) -> str:
     return _table(head, rows, "<>>>>")
 
 
-def _in_words(loops: Sequence[Mapping[str, Any]]) -> str:
+def _in_words(loops):
     least = min(loop["ratio"] for loop in loops[1:])
     return f"the kernels take {1.0 / least:.2f} times as long as the faster loop in C"
 
 
-def _operations(periods: Iterable[Mapping[str, Any]]) -> str:
+def _operations(periods):
     rows = [
         (
             f"`{period['env_id']}`",
@@ -162,7 +160,7 @@ def _operations(periods: Iterable[Mapping[str, Any]]) -> str:
     return _table(head, rows, "<" + ">" * (len(head) - 1))
 
 
-def _periods(periods: Iterable[Mapping[str, Any]]) -> str:
+def _periods(periods):
     rows = [
         (
             f"`{period['env_id']}`",
@@ -176,12 +174,12 @@ def _periods(periods: Iterable[Mapping[str, Any]]) -> str:
     return _table(head, rows, "<" + ">" * (len(head) - 1))
 
 
-def _with_quartiles(ratio: Sequence[float]) -> str:
+def _with_quartiles(ratio):
     median, low, high = ratio
     return f"{median:.2f} ({low:.2f} .. {high:.2f})"
 
 
-def _training(trainings: Sequence[Mapping[str, Any]]) -> str:
+def _training(trainings):
     rows = [
         (
             f"`{found['env_id']}`",
@@ -194,7 +192,7 @@ def _training(trainings: Sequence[Mapping[str, Any]]) -> str:
     return _table(("", "steps/s", *phases), rows, "<" + ">" * (1 + len(phases)))
 
 
-def _stock(kinds: Sequence[Mapping[str, Any]]) -> str:
+def _stock(kinds):
     rows = [
         (
             kind["name"],
@@ -207,11 +205,11 @@ def _stock(kinds: Sequence[Mapping[str, Any]]) -> str:
     return _table(("", "steps/s", *points), rows, "<" + ">" * (1 + len(points)))
 
 
-def _over_seeds(values: Sequence[float]) -> str:
+def _over_seeds(values):
     return f"{statistics.fmean(values):.0f} ({min(values):.0f} .. {max(values):.0f})"
 
 
-def _first(startups: Iterable[Mapping[str, Any]]) -> str:
+def _first(startups):
     rows = [
         (
             f"`{_short(s['env_id'])}`",
@@ -223,13 +221,13 @@ def _first(startups: Iterable[Mapping[str, Any]]) -> str:
     return _table(("", "compiled now", "compiled before"), rows, "<>>")
 
 
-def _times(speeds: Mapping[tuple[str, str], float], *keys: Any) -> tuple[str, ...]:
+def _times(speeds, *keys):
     return tuple(as_time(1.0 / speeds[key]) if (key := tuple(k)) in speeds else "" for k in keys)
 
 
-def _short(name: str) -> str:
+def _short(name):
     return name.removeprefix("RigidEnvs/").removesuffix("-v0")
 
 
-def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], align: str) -> str:
+def _table(head, rows, align):
     return as_markdown(Table(head, list(rows), align))

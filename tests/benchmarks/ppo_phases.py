@@ -8,10 +8,8 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from typing import Any
 from unittest.mock import patch
 
 import torch
@@ -48,12 +46,12 @@ class Phases:
     seconds: tuple[float, ...]
 
     @property
-    def steps_per_second(self) -> float:
+    def steps_per_second(self):
         """Speed of the training, all phases together."""
         return self.timesteps / sum(self.seconds)
 
     @property
-    def shares(self) -> tuple[float, ...]:
+    def shares(self):
         """Parts of the time, which add up to 1."""
         return tuple(seconds / sum(self.seconds) for seconds in self.seconds)
 
@@ -61,11 +59,11 @@ class Phases:
 class _Timers:
     """Time spent in functions, by name."""
 
-    def __init__(self) -> None:
-        self.spent: dict[str, float] = {}
+    def __init__(self):
+        self.spent = {}
 
-    def timed(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        def call(*arguments: Any, **options: Any) -> Any:
+    def timed(self, name, function):
+        def call(*arguments, **options):
             begin = time.perf_counter()
             result = function(*arguments, **options)
             self.spent[name] = self.spent.get(name, 0.0) + time.perf_counter() - begin
@@ -74,7 +72,7 @@ class _Timers:
         return call
 
     @contextmanager
-    def on(self, parts: dict[str, tuple[Any, str]]) -> Iterator[None]:
+    def on(self, parts):
         """Time methods of objects."""
         with ExitStack() as stack:
             for name, (owner, method) in parts.items():
@@ -84,7 +82,7 @@ class _Timers:
             yield
 
 
-def measure(env_id: str, timesteps: int | None = None) -> Phases:
+def measure(env_id, timesteps=None):
     """Train with a stopwatch.
 
     Args:
@@ -112,8 +110,8 @@ def measure(env_id: str, timesteps: int | None = None) -> Phases:
     return Phases(env_id, made, _apart(timers.spent, total))
 
 
-def _parts(trainer: Trainer) -> dict[str, tuple[Any, str]]:
-    model: Any = trainer.model
+def _parts(trainer):
+    model = trainer.model
     return {
         "collecting": (model, "collect_rollouts"),
         "environment": (trainer._adapter.venv, "step"),
@@ -126,7 +124,7 @@ def _parts(trainer: Trainer) -> dict[str, tuple[Any, str]]:
     }
 
 
-def _apart(spent: dict[str, float], total: float) -> tuple[float, ...]:
+def _apart(spent, total):
     """Seconds of the phases: what is inside another is taken from it."""
     t = {**spent}
     t["rest of collecting"] = t.pop("collecting") - t["environment"] - t["policy"]
@@ -135,7 +133,7 @@ def _apart(spent: dict[str, float], total: float) -> tuple[float, ...]:
     return tuple(t[name] for name in PHASES)
 
 
-def main() -> None:
+def main():
     """Print one line for every environment."""
     rows = []
     for found in map(measure, IDS):

@@ -19,11 +19,9 @@ import sysconfig
 import tarfile
 import tempfile
 import urllib.request
-from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from itertools import cycle, islice
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -47,7 +45,7 @@ _BINDING = "pufferlib.ocean.drone.binding"
 _RAYLIB = "raylib-5.5_linux_amd64"  # comes with the package
 
 
-def compare(rounds: int) -> Ratio:
+def compare(rounds):
     """Speed of the free bodies over that of the drones, 256 of each.
 
     Measured in an environment of its own, which has what PufferLib imports.
@@ -61,7 +59,7 @@ def compare(rounds: int) -> Ratio:
     return Ratio(**json.loads(told.splitlines()[-1]))
 
 
-def _measure(rounds: int) -> Ratio:
+def _measure(rounds):
     with tempfile.TemporaryDirectory() as folder:
         drones = _drones(_source(), Path(folder))
         theirs = Workload("drone", "", _steps(drones))
@@ -71,12 +69,12 @@ def _measure(rounds: int) -> Ratio:
     return Ratio(_NAME, f"N = {_N}", f"PufferLib {_VERSION}, drone", median, (low, high))
 
 
-def _steps(drones: Any) -> Callable[[int], int]:
+def _steps(drones):
     """Runs steps of all drones by random actions."""
     random = np.random.default_rng(0)
     actions = cycle(random.uniform(-1.0, 1.0, (16, _N, 4)).astype(np.float32))
 
-    def run(steps: int) -> int:
+    def run(steps):
         for action in islice(actions, steps):
             drones.step(action)
         return steps * _N
@@ -84,7 +82,7 @@ def _steps(drones: Any) -> Callable[[int], int]:
     return run
 
 
-def _source() -> Path:
+def _source():
     """The unpacked source package, in the user's cache."""
     folder = cache() / f"pufferlib-{_VERSION}"
     if not folder.is_dir():
@@ -100,7 +98,7 @@ def _source() -> Path:
     return folder
 
 
-def _drones(source: Path, folder: Path) -> Any:
+def _drones(source, folder):
     """Its vector environment, whose extension is compiled into a folder."""
     library = folder / "binding.so"
     include = (sysconfig.get_path("include"), np.get_include(), source / _RAYLIB / "include")
@@ -113,13 +111,13 @@ def _drones(source: Path, folder: Path) -> Any:
     spec.loader.exec_module(sys.modules[_BINDING])
     sys.path.insert(0, str(source))
     os.chdir(folder)  # its import leaves a link in the present folder
-    importlib.import_module("pufferlib.ocean.drone").binding = sys.modules[_BINDING]  # type: ignore[attr-defined]
+    importlib.import_module("pufferlib.ocean.drone").binding = sys.modules[_BINDING]
     drones = importlib.import_module("pufferlib.ocean.drone.drone").Drone(_N, report_interval=1000)
     drones.reset(seed=0)
     return drones
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv=None):
     """Measure; the status is 1 if the goal is missed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     parser.add_argument("--rounds", type=int, default=200)

@@ -11,16 +11,14 @@ from __future__ import annotations
 import dataclasses
 import tempfile
 import time
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import torch
 from stable_baselines3 import PPO
 from stable_baselines3.common import env_util
 from stable_baselines3.common.callbacks import BaseCallback
 
-from agents.config.entries import PPOConfig, config_from
+from agents.config.entries import config_from
 from agents.config.reading import recipe_for
 from agents.storage.runs import create_run
 from agents.training.trainer import Trainer
@@ -56,16 +54,16 @@ class Stock:
 class _Curve(BaseCallback):
     """Takes the curve between updates, and the time without it."""
 
-    def __init__(self, total: int) -> None:
+    def __init__(self, total):
         super().__init__()
-        self.returns: list[float] = []
+        self.returns = []
         self.seconds, self._total = 0.0, total
 
-    def begin(self) -> None:
+    def begin(self):
         """Start the clock."""
         self._begin = time.perf_counter()
 
-    def between_updates(self, done: int, policy: Callable[[], Any]) -> None:
+    def between_updates(self, done, policy):
         """Take a point of the curve where one is due, with the clock stopped."""
         self.seconds += time.perf_counter() - self._begin
         if done >= self._total * (len(self.returns) + 1) // _N_POINTS:
@@ -73,17 +71,17 @@ class _Curve(BaseCallback):
             self.returns.append(float(found.values["return"].mean()))
         self.begin()
 
-    def _on_rollout_start(self) -> None:
+    def _on_rollout_start(self):
         self.between_updates(self.num_timesteps, lambda: self.model)
 
-    def _on_step(self) -> bool:
+    def _on_step(self):
         return True
 
 
-def _stable_baselines(make: Callable[[int], Any]) -> Callable[[PPOConfig], _Curve]:
+def _stable_baselines(make):
     """A training as the documentation of Stable-Baselines3 has it."""
 
-    def train(config: PPOConfig) -> _Curve:
+    def train(config):
         start, end = config.learning_rate
         model = PPO(
             "MlpPolicy",
@@ -108,7 +106,7 @@ def _stable_baselines(make: Callable[[int], Any]) -> Callable[[PPOConfig], _Curv
     return train
 
 
-def _application(config: PPOConfig) -> _Curve:
+def _application(config):
     """A training as ``python -m agents train`` makes it, without the files at its end."""
     with tempfile.TemporaryDirectory() as folder:
         run = create_run(dataclasses.replace(config, log_dir=folder))
@@ -126,7 +124,7 @@ def _application(config: PPOConfig) -> _Curve:
     return curve
 
 
-TRAINERS: dict[str, Callable[[PPOConfig], _Curve]] = {
+TRAINERS = {
     "Stable-Baselines3, its `make_vec_env`": _stable_baselines(
         lambda n: env_util.make_vec_env(_ENV, n, env_kwargs={"frame": "reduced"})
     ),
@@ -137,7 +135,7 @@ TRAINERS: dict[str, Callable[[PPOConfig], _Curve]] = {
 }
 
 
-def measure(seeds: Sequence[int] = (0, 1, 2), timesteps: int | None = None) -> list[Stock]:
+def measure(seeds=(0, 1, 2), timesteps=None):
     """Train in turns.
 
     Args:
@@ -147,9 +145,9 @@ def measure(seeds: Sequence[int] = (0, 1, 2), timesteps: int | None = None) -> l
     recipe = recipe_for(_ENV, "ppo", "reduced")
     if timesteps is not None:
         recipe |= {"total_timesteps": timesteps}
-    curves: dict[str, list[_Curve]] = {name: [] for name in TRAINERS}
+    curves = {name: [] for name in TRAINERS}
     for seed in seeds:
-        config: Any = config_from({**recipe, "seed": seed})
+        config = config_from({**recipe, "seed": seed})
         torch.set_num_threads(config.torch_threads)
         for name, train in TRAINERS.items():
             curves[name].append(train(config))
@@ -166,7 +164,7 @@ def measure(seeds: Sequence[int] = (0, 1, 2), timesteps: int | None = None) -> l
     ]
 
 
-def main() -> None:
+def main():
     """Print a line for every kind of training."""
     rows = [
         (

@@ -7,15 +7,12 @@ Runs the benchmark and sets each figure beside its target; the status is 1 if on
 
 import argparse
 import sys
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rigid_envs.envs.lookup import one_of_each
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.bench import bench
-from rigid_envs.tools.bench.accuracy import FreeRun
-from rigid_envs.tools.bench.figures import Figures, Ratio, Startup
-from rigid_envs.tools.bench.measuring import FORMS, StepTime
+from rigid_envs.tools.bench.measuring import FORMS
 from rigid_envs.tools.cli.words import tell
 from rigid_envs.tools.pages.tables import table
 
@@ -57,12 +54,12 @@ class Target:
     at_least: bool = False
 
     @property
-    def is_met(self) -> bool:
+    def is_met(self):
         """Whether the limit is reached."""
         return self.value >= self.limit if self.at_least else self.value <= self.limit
 
 
-def targets(figures: Figures) -> list[Target]:
+def targets(figures):
     """Every target that the figures say something about."""
     minute, long = figures.runs
     return [
@@ -74,14 +71,14 @@ def targets(figures: Figures) -> list[Target]:
     ]
 
 
-def _speed(ratio: Ratio) -> Target:
+def _speed(ratio):
     other = _AGAINST_ONE_THREAD if ratio.peer == ratio.name else _AGAINST_MUJOCO
     limit = _SPEED.get((ratio.name, ratio.form, ratio.peer), other)
     text = f"{ratio.name}, {ratio.form}, against {ratio.peer}"
     return Target(text, ratio.median, limit, at_least=True)
 
 
-def _dearest(costs: Sequence[StepTime]) -> list[Target]:
+def _dearest(costs):
     """The dearest environment in every form, against the median of all."""
     dearest = [
         max((cost for cost in costs if cost.column == column), key=lambda cost: cost.ratio)
@@ -93,14 +90,14 @@ def _dearest(costs: Sequence[StepTime]) -> list[Target]:
     ]
 
 
-def _errors(run: FreeRun, limits: dict[str, float]) -> list[Target]:
+def _errors(run, limits):
     return [
         Target(f"{name} of a free body, {run.duration:g} s", getattr(run, name), limit)
         for name, limit in limits.items()
     ]
 
 
-def _startups(startups: Sequence[Startup]) -> list[Target]:
+def _startups(startups):
     cold, warm = (max(startup.medians[k] for startup in startups) for k in (0, 1))
     return [
         Target("import to first step, compiled before [s]", warm, _WARM),
@@ -108,7 +105,7 @@ def _startups(startups: Sequence[Startup]) -> list[Target]:
     ]
 
 
-def main() -> int:
+def main():
     """Measure, and print the targets."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     parser.add_argument("--quick", action="store_true", help="a first look, a minute")

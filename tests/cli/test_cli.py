@@ -35,7 +35,7 @@ def said(capsys, *words):
 
 
 def task_of(env_id):
-    task = gymnasium.make(env_id).unwrapped.task  # type: ignore[attr-defined]
+    task = gymnasium.make(env_id).unwrapped.task
     return task
 
 

@@ -9,20 +9,18 @@ names those rows of them. The status is 1 if one fails.
 import argparse
 import json
 import sys
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from rigid_envs.base.files import lined_json, write_atomic
 from rigid_envs.engine.provenance import provenance
-from tests.clients.rows import ROWS, Row, markdown
+from tests.clients.rows import ROWS, markdown
 from tests.clients.running import ROOT, run
 
 DATA = ROOT / "docs" / "clients.json"
 _NAMES = tuple(row.recipe for row in ROWS)
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv=None):
     """Run recipes one after the other, and write their rows."""
     parser = argparse.ArgumentParser(prog="python -m tests.clients", description=__doc__)
     parser.add_argument("recipes", nargs="*", metavar="RECIPE", help=f"of {', '.join(_NAMES)}")
@@ -39,7 +37,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return int(len(found) < len(asked))
 
 
-def _run(rows: Sequence[Row]) -> dict[str, Any]:
+def _run(rows):
     """What recipes measured, without those that failed."""
     where, data = provenance(), {}
     for row in rows:

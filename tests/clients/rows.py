@@ -1,7 +1,6 @@
 """Rows of docs/clients.md: the recipes, and the page of what came of them."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rigid_envs.tools.pages.tables import Table
 from rigid_envs.tools.pages.writing import as_markdown
@@ -71,7 +70,7 @@ fails if what it trains does not get better, or if what should be equal is not.
 """
 
 
-def markdown(data: Mapping[str, Mapping[str, Any]]) -> str:
+def markdown(data):
     """The page.
 
     Args:
@@ -84,7 +83,7 @@ def markdown(data: Mapping[str, Mapping[str, Any]]) -> str:
     return f"{_HEAD}\n{as_markdown(table)}\n"
 
 
-def _cells(row: Row, found: Mapping[str, Any]) -> tuple[str, ...]:
+def _cells(row, found):
     return (
         f"[{row.program}]({_SOURCES}/recipes/{row.recipe}.py) {found['version']}",
         found["gymnasium"],
@@ -94,5 +93,5 @@ def _cells(row: Row, found: Mapping[str, Any]) -> tuple[str, ...]:
     )
 
 
-def _number(value: float) -> str:
+def _number(value):
     return f"{value:,}" if isinstance(value, int) else f"{value:.4g}"

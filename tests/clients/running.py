@@ -18,12 +18,9 @@ import tempfile
 import time
 import venv
 from pathlib import Path
-from typing import Any
-
-from tests.clients.rows import Row
 
 
-def interpreter(requirements: Path | None) -> Path:
+def interpreter(requirements):
     """Python of an environment, which is made if it is not there.
 
     Args:
@@ -42,20 +39,20 @@ def interpreter(requirements: Path | None) -> Path:
     return _python(folder / "venv")
 
 
-def cache() -> Path:
+def cache():
     """The user's cache folder, for environments and sources of other programs."""
     base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     return Path(base).expanduser() / "rigid-envs" / "clients"
 
 
-def _key(requirements: Path) -> str:
+def _key(requirements):
     """Hash of all that an environment is made of."""
     found = {(d.name.lower(), d.version) for d in importlib.metadata.distributions()}
     parts = (requirements.read_text(), sys.version, sysconfig.get_path("purelib"), sorted(found))
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
 
 
-def _make(folder: Path, requirements: Path) -> None:
+def _make(folder, requirements):
     venv.create(folder, clear=True, symlinks=True, with_pip=False)
     packages = next(folder.glob("lib/python*/site-packages"))
     (packages / "of_the_tests.pth").write_text(sysconfig.get_path("purelib") + "\n")
@@ -66,7 +63,7 @@ def _make(folder: Path, requirements: Path) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def _python(folder: Path) -> Path:
+def _python(folder):
     return folder / "bin" / "python"
 
 
@@ -77,7 +74,7 @@ _LIMIT = 600.0  # [s], where a recipe takes less than 60 on a machine of its own
 _VERSIONS = "import importlib.metadata as m, sys; print(*map(m.version, sys.argv[1:]))"
 
 
-def run(row: Row) -> dict[str, Any]:
+def run(row):
     """Run a recipe, in a folder that is deleted afterwards.
 
     Args:
@@ -106,7 +103,7 @@ def run(row: Row) -> dict[str, Any]:
     }
 
 
-def _output(command: list[str], folder: str) -> str:
+def _output(command, folder):
     """What a command prints, with this checkout as the package that it imports."""
     environment = os.environ | {
         "PYTHONPATH": str(ROOT),
@@ -126,14 +123,12 @@ def _output(command: list[str], folder: str) -> str:
     return done.stdout
 
 
-def _result(told: str) -> dict[str, float]:
+def _result(told):
     """The last line that is a JSON object."""
-    found: dict[str, float] = json.loads(
-        [line for line in told.splitlines() if line.startswith("{")][-1]
-    )
+    found = json.loads([line for line in told.splitlines() if line.startswith("{")][-1])
     return found
 
 
-def _processor_seconds() -> float:
+def _processor_seconds():
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime

@@ -56,7 +56,7 @@ def test_record_video_films_an_id_in_real_time(env_id, tmp_path):
     env = RecordVideo(gym.make(env_id, **SMALL), str(tmp_path), disable_logger=True)
     steps(env, 6)
     fps = env.metadata["render_fps"]
-    dt = env.unwrapped.task.dt  # type: ignore[attr-defined]
+    dt = env.unwrapped.task.dt
     env.close()
     (film,) = tmp_path.glob("*.mp4")
     meta, n = read(film)

@@ -132,7 +132,7 @@ def no_display(monkeypatch):
 def cases(table):
     """Wrappers by name; those of pictures need the extra `render`, and take seconds."""
     long = [pytest.mark.long]
-    return [pytest.param(name, marks=long if name in wrapping.PICTURES else []) for name in table]  # type: ignore[attr-defined]
+    return [pytest.param(name, marks=long if name in wrapping.PICTURES else []) for name in table]
 
 
 @pytest.mark.usefixtures("no_display")

@@ -1,8 +1,6 @@
 """Every wrapper of Gymnasium, over single environments and over native rows."""
 
 import tempfile
-from collections.abc import Mapping
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -31,7 +29,7 @@ WITHOUT_ARGUMENTS = (
     *("PassiveEnvChecker", "OrderEnforcing", "RecordEpisodeStatistics", "RenderCollection"),
     *("HumanRendering", "ArrayConversion", "NumpyToTorch"),
 )
-SINGLE: Mapping[str, tuple[Any, ...]] = {
+SINGLE = {
     "DelayObservation": (1,),
     "DtypeObservation": (np.float64,),
     "DiscretizeObservation": (2, True),
@@ -55,7 +53,7 @@ SINGLE: Mapping[str, tuple[Any, ...]] = {
     **dict.fromkeys(WITHOUT_ARGUMENTS, ()),
 }
 """Arguments of each wrapper after the environment."""
-ROWS: Mapping[str, tuple[Any, ...]] = {
+ROWS = {
     "VectorizeTransformObservation": (wrappers.FlattenObservation,),
     "VectorizeTransformAction": (wrappers.ClipAction,),
     "VectorizeTransformReward": (wrappers.TransformReward,),
@@ -89,7 +87,7 @@ _OF_ONE_ARRAY = {
 }
 
 
-def fits(name: str, env_id: str) -> bool:
+def fits(name, env_id):
     """Whether a wrapper is for the spaces of an id."""
     env = gym.make(env_id)
     goals = isinstance(env.observation_space, spaces.Dict)
@@ -97,9 +95,9 @@ def fits(name: str, env_id: str) -> bool:
     return (goals or name not in _OF_GOALS) and (numbers or name not in _OF_NUMBERS)
 
 
-def wrapped(name: str, env_id: str) -> Any:
+def wrapped(name, env_id):
     """A single environment in a wrapper."""
-    env: Any = gym.make(env_id, **_look(name))
+    env = gym.make(env_id, **_look(name))
     if name in _PIXELS:
         env = wrappers.AddRenderObservation(env)
     elif name in _OF_ONE_ARRAY and isinstance(env.observation_space, spaces.Dict):
@@ -107,17 +105,17 @@ def wrapped(name: str, env_id: str) -> Any:
     return getattr(wrappers, name)(env, *SINGLE[name], **_settings(name, env.observation_space))
 
 
-def wrapped_rows(name: str, env_id: str) -> Any:
+def wrapped_rows(name, env_id):
     """Three native rows in a wrapper."""
-    native: Any = "vector_entry_point"
-    envs: Any = gym.make_vec(env_id, num_envs=3, vectorization_mode=native, **_look(name))
+    native = "vector_entry_point"
+    envs = gym.make_vec(env_id, num_envs=3, vectorization_mode=native, **_look(name))
     if name in _OF_ONE_ARRAY and isinstance(envs.single_observation_space, spaces.Dict):
         envs = vector.FlattenObservation(envs)
     space = envs.single_observation_space
     return getattr(vector, name)(envs, *ROWS[name], **_settings(name, space))
 
 
-def play(env: Any, n: int = 3) -> None:
+def play(env, n=3):
     """Reset and take n steps; what is observed must be of the space that the wrapper tells."""
     env.action_space.seed(0)
     seen, _ = env.reset(seed=0)
@@ -132,7 +130,7 @@ def play(env: Any, n: int = 3) -> None:
     _check(seen, env)
 
 
-def _check(seen: Any, env: Any) -> None:
+def _check(seen, env):
     if type(seen).__module__.startswith("torch"):
         seen = seen.numpy()
     elif isinstance(seen, dict):
@@ -140,11 +138,11 @@ def _check(seen: Any, env: Any) -> None:
     assert seen in env.observation_space, (seen, env.observation_space)
 
 
-def _look(name: str) -> dict[str, Any]:
+def _look(name):
     return {"render_mode": "rgb_array", "width": 32, "height": 32} if name in PICTURES else {}
 
 
-def _settings(name: str, space: Any) -> dict[str, Any]:
+def _settings(name, space):
     """Arguments by name, which are of the environment or import much."""
     if name == "ArrayConversion":
         import torch

@@ -5,8 +5,6 @@ import gc
 import itertools
 import warnings
 import weakref
-from collections.abc import Callable, Iterator
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -368,7 +366,6 @@ VALUES = [
     *(np.zeros(0), np.zeros((2, 2, 2)), np.array(1), np.array("a"), np.array([None, 1])),
     *(np.datetime64("NaT"), range(9), slice(1), iter([1]), memoryview(b"ab"), Hostile()),
 ]
-Calls = Iterator[tuple[str, Callable[[Any], object]]]
 
 
 def of_both(env, make):

@@ -3,25 +3,23 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-from rigid_envs.base.checks import Array
 from tests.vectors import cross
 
 
-def compose(p: npt.ArrayLike, q: npt.ArrayLike) -> Array:
+def compose(p, q):
     """The rotation q, then p, both in world axes."""
     (a, *u), (b, *v) = np.asarray(p, dtype=float), np.asarray(q, dtype=float)
     vector = a * np.array(v) + b * np.array(u) + cross(u, v)
     return np.array([a * b - np.dot(u, v), *vector])
 
 
-def inverse(q: npt.ArrayLike) -> Array:
+def inverse(q):
     """The rotation back."""
     return np.asarray(q, dtype=float) * [1.0, -1.0, -1.0, -1.0]
 
 
-def matrix(q: npt.ArrayLike) -> Array:
+def matrix(q):
     """The rotation matrix R."""
     w, x, y, z = np.asarray(q, dtype=float)
     return np.array(
@@ -33,7 +31,7 @@ def matrix(q: npt.ArrayLike) -> Array:
     )
 
 
-def of_matrix(R: Array) -> Array:
+def of_matrix(R):
     """The longest row of 4 q q^T, whose entries are those of R, at length 1 (Shepperd 1978)."""
     (a, b, c), (d, e, f), (g, h, k) = R
     rows = np.array(
@@ -48,14 +46,14 @@ def of_matrix(R: Array) -> Array:
     return np.asarray(row / np.linalg.norm(row))
 
 
-def of_rotation_vector(theta: npt.ArrayLike) -> Array:
+def of_rotation_vector(theta):
     """exp of a rotation vector."""
     theta = np.asarray(theta, dtype=float)
     half = 0.5 * float(np.linalg.norm(theta))
     return np.array([math.cos(half), *(0.5 * np.sinc(half / math.pi) * theta)])
 
 
-def rotation_vector(q: npt.ArrayLike) -> Array:
+def rotation_vector(q):
     """log R in world axes, with an angle from 0 to pi."""
     q = np.asarray(q, dtype=float)
     w, *v = q if q[0] >= 0.0 else -q
@@ -63,12 +61,12 @@ def rotation_vector(q: npt.ArrayLike) -> Array:
     return np.array(v) * (2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 2.0)
 
 
-def angle(q: npt.ArrayLike) -> float:
+def angle(q):
     """Angle of the rotation, from 0 to pi."""
     return float(np.linalg.norm(rotation_vector(q)))
 
 
-def quaternion_rate(q: Array, omega: Array) -> Array:
+def quaternion_rate(q, omega):
     """`q' = q (0, omega) / 2`, omega in body axes."""
     w, x, y, z = q
     a, b, c = omega
@@ -81,13 +79,13 @@ def quaternion_rate(q: Array, omega: Array) -> Array:
     return np.array(rate) / 2
 
 
-def draw(rng: np.random.Generator) -> Array:
+def draw(rng):
     """Uniform on SO(3)."""
     q = rng.normal(size=4)
     return np.asarray(q / np.linalg.norm(q))
 
 
-def tilted(rng: np.random.Generator, tilt: float) -> Array:
+def tilted(rng, tilt):
     """An attitude of this tilt [rad], whose direction and phase are uniform."""
     azimuth, phase = rng.uniform(-np.pi, np.pi, 2)
     sine = np.sin(tilt / 2)
@@ -95,7 +93,7 @@ def tilted(rng: np.random.Generator, tilt: float) -> Array:
     return compose(lean, np.array([np.cos(phase / 2), 0.0, 0.0, np.sin(phase / 2)]))
 
 
-def shown(q: Array, rotation: str) -> Array:
+def shown(q, rotation):
     """The attitude in an observation, for each value of `rotation`."""
     R = matrix(q)
     w, x, y, z = q
@@ -111,6 +109,6 @@ def shown(q: Array, rotation: str) -> Array:
     return np.array(ways[rotation], dtype=float)
 
 
-def _wrapped(angle: float) -> float:
+def _wrapped(angle):
     """The same angle in [-pi, pi]."""
     return float(np.arctan2(np.sin(angle), np.cos(angle)))

@@ -2,11 +2,9 @@
 
 import itertools
 import math
-from typing import Any
 
 import numpy as np
 
-from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import (
     angle,
     compose,
@@ -20,7 +18,7 @@ from tests.from_pages.attitudes import (
 from tests.from_pages.model import Frame, Judged, Model, in_disk, limited, root, single, smooth
 
 
-def pose_terms(p: Array, theta: Array) -> dict[str, float]:
+def pose_terms(p, theta):
     """Reward terms of an offset [radii] and a rotation vector."""
     m = math.hypot(theta[0] + p[1], theta[1] - p[0])
     return {
@@ -31,7 +29,7 @@ def pose_terms(p: Array, theta: Array) -> dict[str, float]:
     }
 
 
-def pose_frame(p: Array, theta: Array) -> Frame:
+def pose_frame(p, theta):
     """Moving frame of an offset and a rotation vector."""
     x, y = p if math.hypot(*p) >= 1e-9 else (theta[1], -theta[0])
     far = math.hypot(x, y)
@@ -39,7 +37,7 @@ def pose_frame(p: Array, theta: Array) -> Frame:
     return Frame(x / far, y / far, side) if far >= 1e-9 else Frame(side=side)
 
 
-def pose_features(frame: Frame, p: Array, theta: Array) -> Array:
+def pose_features(frame, p, theta):
     """Reduced features of an offset [radii] and a rotation vector."""
     r = min(frame.seen(*p)[0], 50.0)
     x, y, z = frame.axial(theta)
@@ -53,13 +51,13 @@ class RolledBall(Model):
 
     clip = staticmethod(in_disk)
 
-    def place(self, q: Any, position: Any) -> None:
+    def place(self, q, position):
         self.q, self.position = np.array(q, dtype=float), np.array(position, dtype=float)
 
-    def features(self) -> Array:
+    def features(self):
         return np.asarray(limited(self.position / self.p.radius, 50.0))
 
-    def roll(self, action: Array) -> float:
+    def roll(self, action):
         """Roll for one control period; the distance."""
         rolled = self.s.roll_per_step * action  # radii
         self.q = compose(of_rotation_vector([-rolled[1], rolled[0], 0.0]), self.q)
@@ -70,22 +68,22 @@ class RolledBall(Model):
 class BallPark(RolledBall):
     """Park a ball at the origin."""
 
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+    def draw(self, rng):
         half = self.s.start_half_width
         return {"q": draw(rng), "position": rng.uniform(-half, half, 2)}
 
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         cost = self.roll(action)
         terms = pose_terms(self.position / self.p.radius, rotation_vector(self.q))
         near = math.hypot(*self.position) <= self.s.position_tolerance
         parked = near and angle(self.q) <= self.s.angle_tolerance
         return Judged({**terms, "parked": float(parked)}, cost, parked, parked)
 
-    def reduced(self) -> Array:
+    def reduced(self):
         p, theta = self.position / self.p.radius, rotation_vector(self.q)
         return pose_features(pose_frame(p, theta), p, theta)
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         return pose_frame(self.position, rotation_vector(self.q)).back(action)
 
 
@@ -100,30 +98,30 @@ class BallReorient(BallPark):
 class BallParkGoal(RolledBall):
     """Park a ball at a drawn pose."""
 
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+    def draw(self, rng):
         half = self.s.start_half_width
         there = {"q": draw(rng), "position": rng.uniform(-half, half, 2)}
         return {**there, "goal": self.goal(draw(rng), rng.uniform(-half, half, 2))}
 
-    def beside(self, aux: Array) -> dict[str, Any]:
+    def beside(self, aux):
         return {"goal": self.goal(aux[:4], aux[4:6])}
 
-    def place(self, q: Any, position: Any, goal: Any = None) -> None:
+    def place(self, q, position, goal=None):
         """Take a start; the goal is an observed one."""
         super().place(q, position)
         self.desired = self.goal(q, position) if goal is None else np.asarray(goal, dtype=float)
 
     @staticmethod
-    def goal(q: Any, position: Any) -> Array:
+    def goal(q, position):
         """A pose as it is observed, in float32."""
         return single([*limited(position, 50.0), *matrix(q).ravel()])
 
-    def observe(self) -> dict[str, Any]:
+    def observe(self):
         own = super().observe()
         achieved = np.array([*limited(self.position, 50.0), *matrix(self.q).ravel()])
         return {"observation": own, "achieved_goal": achieved, "desired_goal": self.desired}
 
-    def judge(self, achieved: Array, desired: Array) -> dict[str, float]:
+    def judge(self, achieved, desired):
         """Reward terms of two observed goals."""
         offset = achieved[:2] - desired[:2]
         turned = achieved[2:].reshape(3, 3) @ desired[2:].reshape(3, 3).T
@@ -135,22 +133,22 @@ class BallParkGoal(RolledBall):
         distance = terms["position"] + terms["twist"] + terms["mismatch"]
         return {"reached": 0.0 if reached else -1.0, "distance": 0.0 if reached else distance}
 
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         cost = self.roll(action)
         terms = self.judge(self.goal(self.q, self.position), self.desired)
         return Judged(terms, cost, terms["reached"] == 0.0, False)
 
-    def from_goal(self) -> tuple[Array, Array]:
+    def from_goal(self):
         """Offset [m] and rotation vector from the goal, which is known as observed."""
         turned = compose(self.q, inverse(of_matrix(self.desired[2:].reshape(3, 3))))
         return self.position - self.desired[:2], rotation_vector(turned)
 
-    def reduced(self) -> Array:
+    def reduced(self):
         p, theta = self.from_goal()
         p = p / self.p.radius
         return pose_features(pose_frame(p, theta), p, theta)
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         p, theta = self.from_goal()
         inside = 1.0 - 1e-6
         near = math.hypot(*p) <= inside * self.s.position_tolerance
@@ -168,20 +166,20 @@ IMAGES = [
 ]  # the eight symmetries of the square
 
 
-def as_choice(action: Array) -> tuple[Array, bool]:
+def as_choice(action):
     """The choice itself: any other is refused."""
     return action, False
 
 
-def quarter(side: int) -> Array:
+def quarter(side):
     """The rotation of a quarter roll."""
     x, y = SIDES[side]
     return of_rotation_vector([-QUARTER * y, QUARTER * x, 0.0])
 
 
-def by_parity() -> tuple[list[Array], list[Array]]:
+def by_parity():
     """Attitudes that an even, and that an odd number of quarter rolls leads to."""
-    found: tuple[list[Array], list[Array]] = ([np.array([1.0, 0.0, 0.0, 0.0])], [])
+    found = ([np.array([1.0, 0.0, 0.0, 0.0])], [])
     for parity in (0, 1, 0, 1, 0, 1):
         for q, side in itertools.product(found[parity], range(4)):
             new = compose(quarter(side), q)
@@ -197,10 +195,10 @@ class BallGrid(RolledBall):
     SOLVABLE = by_parity()
 
     @property
-    def n_action(self) -> int:
+    def n_action(self):
         return 1
 
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+    def draw(self, rng):
         cell = rng.integers(-self.s.start_cells, self.s.start_cells, 2, endpoint=True)
         attitudes = self.SOLVABLE[int(cell.sum()) % 2]
         return {
@@ -208,17 +206,17 @@ class BallGrid(RolledBall):
             "position": QUARTER * cell * np.mean(self.s.radius),
         }
 
-    def step(self, action: Any) -> Any:
+    def step(self, action):
         return super().step([action])
 
-    def cell(self) -> Array:
+    def cell(self):
         """Position in cells."""
         return self.position / (QUARTER * self.p.radius)
 
-    def features(self) -> Array:
+    def features(self):
         return np.clip(self.cell(), -100.0, 100.0)
 
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         side = int(action[0])
         self.q = compose(quarter(side), self.q)
         self.position = self.position + QUARTER * self.p.radius * SIDES[side]
@@ -227,7 +225,7 @@ class BallGrid(RolledBall):
         cost = QUARTER * self.p.radius
         return Judged({"moves": -1.0, "home": float(home)}, cost, home, home)
 
-    def image(self) -> tuple[tuple[float, ...], Array, Array, Array]:
+    def image(self):
         """Cell and R of the image that is observed, and its symmetry of the plane."""
         found = []
         for S in IMAGES:
@@ -238,11 +236,11 @@ class BallGrid(RolledBall):
             found.append(((*cell, *(R[k] for k in ORDER)), cell, R, S))
         return max(found, key=lambda image: image[0])
 
-    def reduced(self) -> Array:
+    def reduced(self):
         _, cell, R, _ = self.image()
         return np.array([*cell, *R.ravel()])
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         *_, S = self.image()
         (side,) = np.flatnonzero((SIDES == S.T @ SIDES[int(action[0])]).all(axis=1))
         return np.array([float(side)])
@@ -252,7 +250,7 @@ EIGHT = 0.9089085575485415  # modulus of the closed elastica
 SHARES = {"eight": 1.0, "both": 0.5, "elastica": 0.0}
 
 
-def cross(a: Array, b: Array) -> float:
+def cross(a, b):
     """Vertical component of the product of two horizontal vectors."""
     return float(a[0] * b[1] - a[1] * b[0])
 
@@ -260,7 +258,7 @@ def cross(a: Array, b: Array) -> float:
 class BallSteer(RolledBall):
     """Follow a reference ball."""
 
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+    def draw(self, rng):
         radius, w = np.mean(self.s.radius), self.s.wavenumber / np.mean(self.s.radius)
         heading, away = rng.uniform(0.0, 2.0 * math.pi, 2)
         eight = rng.uniform() < SHARES[self.s.path]
@@ -281,27 +279,27 @@ class BallSteer(RolledBall):
             ],
         }
 
-    def beside(self, aux: Array) -> dict[str, Any]:
+    def beside(self, aux):
         return {"aux": aux}
 
-    def place(self, q: Any, position: Any, aux: Any) -> None:
+    def place(self, q, position, aux):
         """Take a start; `aux` is what the task keeps beside the state."""
         super().place(q, position)
         aux = np.array(aux, dtype=float)
         self.reference_q, self.reference_position = aux[:4], aux[4:6]
         self.heading, self.curvature, self.force = aux[6:8], float(aux[8]), aux[9:11]
-        self.errors: list[float] = []
+        self.errors = []
 
-    def leading(self) -> Array:
+    def leading(self):
         """Action of the reference."""
         return single(self.s.reference_speed * self.heading)
 
-    def offset(self) -> tuple[Array, Array]:
+    def offset(self):
         """Offset in radii, and rotation vector, from the reference."""
         p = (self.position - self.reference_position) / self.p.radius
         return p, rotation_vector(compose(self.q, inverse(self.reference_q)))
 
-    def bend(self) -> None:
+    def bend(self):
         """The heading and the curvature of the next side of the reference's polygon."""
         side = self.s.roll_per_step * self.s.reference_speed * self.p.radius
         self.curvature += 0.5 * side * cross(self.heading, self.force)
@@ -309,26 +307,26 @@ class BallSteer(RolledBall):
         self.heading = np.array([[c, -s], [s, c]]) @ self.heading
         self.curvature += 0.5 * side * cross(self.heading, self.force)
 
-    def features(self) -> Array:
+    def features(self):
         p, theta = self.offset()
         bent = self.p.radius * self.curvature
         shape = [bent, *(self.p.radius**2 * self.force)]
         return np.array([*limited(p, 50.0), *theta, *self.leading(), *limited(shape, 5.0)])
 
-    def frame(self) -> Frame:
+    def frame(self):
         """Along the heading, y on the side to which the path bends."""
         return Frame(*self.heading, -1.0 if self.curvature < 0.0 else 1.0)
 
-    def reduced(self) -> Array:
+    def reduced(self):
         frame = self.frame()
         p, theta = self.offset()
         shape = [self.p.radius * abs(self.curvature), *frame.seen(*self.p.radius**2 * self.force)]
         return np.array([*limited(frame.seen(*p), 50.0), *frame.axial(theta), *limited(shape, 5.0)])
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         return self.frame().back(action)
 
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         rolled = self.s.roll_per_step * self.leading()
         turned = of_rotation_vector([-rolled[1], rolled[0], 0.0])
         self.reference_q = compose(turned, self.reference_q)

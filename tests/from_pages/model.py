@@ -15,7 +15,6 @@ from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
-import numpy.typing as npt
 from scipy.integrate import solve_ivp
 
 from rigid_envs.base.checks import Array
@@ -45,7 +44,7 @@ class Step(Judged):
     broken: bool
 
     @property
-    def info(self) -> dict[str, float]:
+    def info(self):
         """What `info` has of it."""
         told = {"is_success": self.success, "action_clipped": self.clipped}
         terms = {f"reward/{name}": value for name, value in self.terms.items()}
@@ -64,7 +63,7 @@ class Model(ABC):
     clip: ClassVar[Callable[[Array], tuple[Array, bool]]]
     q: Array
 
-    def __init__(self, **settings: Any) -> None:
+    def __init__(self, **settings):
         known = self.defaults()
         assert settings.keys() <= known.keys()
         self.s = SimpleNamespace(**{**known, **settings})
@@ -72,7 +71,7 @@ class Model(ABC):
         self.p = self.s
 
     @classmethod
-    def defaults(cls) -> dict[str, Any]:
+    def defaults(cls):
         """Arguments of the task with their defaults, from the table of its page."""
         page = (PAGES / f"{cls.__name__}.md").read_text(encoding="utf-8")
         section = page.split("\n## Arguments\n")[1].split("\n## ")[0]
@@ -81,64 +80,64 @@ class Model(ABC):
             for name, value in re.findall(r"^\| `(\w+)` \| (.+?) \|", section, re.MULTILINE)
         }
 
-    def begin(self, params: Mapping[str, float] | None = None, **state: Any) -> None:
+    def begin(self, params=None, **state):
         """Begin an episode in a state, with values of the parameters that have ranges."""
         self.p = SimpleNamespace(**{**vars(self.s), **(params or {})})
         self.late = [np.zeros(self.n_action)] * int(self.p.action_delay)
         self.place(**state)
 
     @property
-    def largest_weight(self) -> float:
+    def largest_weight(self):
         """Sum of the sizes of the weights: what an error of all terms is multiplied by."""
         weights = (v for name, v in vars(self.s).items() if name.startswith("weight_"))
         return sum(map(abs, weights), 1.0)
 
     @property
-    def n_action(self) -> int:
+    def n_action(self):
         """Number of entries of an action."""
         return 2
 
-    def draw_params(self, rng: np.random.Generator) -> dict[str, float]:
+    def draw_params(self, rng):
         """Values of the parameters that are given as ranges."""
         return {name: rng.uniform(*ends) for name, ends in self.ranges.items()}
 
     @abstractmethod
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+    def draw(self, rng):
         """A start, by names of the components of the state."""
 
-    def draw_with(self, rng: np.random.Generator, params: Mapping[str, float]) -> dict[str, Any]:
+    def draw_with(self, rng, params):
         """A start with these parameters."""
         return self.draw(rng)
 
-    def beside(self, aux: Array) -> dict[str, Any]:
+    def beside(self, aux):
         """What belongs to a start beside the state, of what the environment has drawn."""
         return {}
 
     @abstractmethod
-    def place(self, **state: Any) -> None:
+    def place(self, **state):
         """Take a start."""
 
     @abstractmethod
-    def features(self) -> Array:
+    def features(self):
         """Entries of the observation before the attitude."""
 
     @abstractmethod
-    def reduced(self) -> Array:
+    def reduced(self):
         """Entries of the observation in the reduced frame."""
 
     @abstractmethod
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         """The action in the frame of the world, of one in the reduced frame."""
 
     @abstractmethod
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         """One control period."""
 
-    def stop(self) -> bool:
+    def stop(self):
         """Set the state that a motion which is too fast leaves; whether that is compared."""
         return False
 
-    def observe(self) -> Any:
+    def observe(self):
         """The observation, before it is rounded to float32."""
         if self.s.frame == "reduced":
             parts = [self.reduced()]
@@ -150,7 +149,7 @@ class Model(ABC):
             parts.append(np.array([getattr(self.p, name) for name in self.ranges]))
         return np.concatenate(parts)
 
-    def step(self, action: npt.ArrayLike) -> Step:
+    def step(self, action):
         """Clip, turn, delay, move, judge, observe; a motion that is too fast ends the episode."""
         inside, clipped = type(self).clip(np.asarray(action, dtype=np.float32).astype(float))
         self.late.append(self.turn(inside) if self.s.frame == "reduced" else inside)
@@ -170,12 +169,12 @@ class Model(ABC):
         )
 
     @property
-    def rate(self) -> float:
+    def rate(self):
         """The rate that limits the step of the integrator [rad/s]; 0 where none does."""
         return 0.0
 
 
-def moved(rate: Callable[[Array], Any], y: Array, dt: float, has_attitude: bool = True) -> Array:
+def moved(rate, y, dt, has_attitude=True):
     """The state after a time, by its rate of change; an attitude at its head has length 1."""
     flow = solve_ivp(
         lambda _, y: rate(y),
@@ -195,45 +194,45 @@ def moved(rate: Callable[[Array], Any], y: Array, dt: float, has_attitude: bool 
 class Held:
     """Whether a condition has been true throughout the last seconds."""
 
-    def __init__(self, seconds: float, dt: float) -> None:
+    def __init__(self, seconds, dt):
         self.needed = math.ceil(seconds / dt * (1.0 - 1e-9))
         self.steps = 0
 
-    def after(self, true: bool) -> bool:
+    def after(self, true):
         """After a step, in which the condition is true or not."""
         self.steps = self.steps + 1 if true else 0
         return self.steps >= self.needed
 
 
-def in_box(action: Array) -> tuple[Array, bool]:
+def in_box(action):
     """Each entry in [-1, 1]."""
     inside = np.clip(action, -1.0, 1.0)
     return inside, bool(np.any(inside != action))
 
 
-def in_disk(action: Array) -> tuple[Array, bool]:
+def in_disk(action):
     """In the unit disk, rounded to float32; a length that rounding may have made is inside."""
     square = float(action @ action)
     outside = square > 1.0 + 2.0**-22
     return single(action / math.sqrt(square) if outside else action), outside
 
 
-def single(x: npt.ArrayLike) -> Array:
+def single(x):
     """The nearest float32."""
     return np.asarray(x, dtype=np.float32).astype(float)
 
 
-def limited(x: Any, largest: float) -> Any:
+def limited(x, largest):
     """x between -largest and largest."""
     return np.clip(x, -largest, largest)
 
 
-def smooth(x: float) -> float:
+def smooth(x):
     """The length of x, rounded off within 0.001 of 0."""
     return math.hypot(x, 0.001)
 
 
-def root(x: float) -> float:
+def root(x):
     """Root of the magnitude, with the sign."""
     return math.copysign(math.sqrt(abs(x)), x)
 
@@ -246,18 +245,18 @@ class Frame:
     sine: float = 0.0
     side: float = 1.0
 
-    def seen(self, x: float, y: float) -> Array:
+    def seen(self, x, y):
         """Components of an offset, a velocity or a force."""
         return np.array(
             [self.cosine * x + self.sine * y, self.side * (self.cosine * y - self.sine * x)]
         )
 
-    def axial(self, v: Array) -> Array:
+    def axial(self, v):
         """Components of a rotation vector, which a reflection reverses in its plane."""
         along, left = self.seen(v[0], v[1])
         return np.array([self.side * along, self.side * left, self.side * v[2]])
 
-    def back(self, action: Array) -> Array:
+    def back(self, action):
         """World components of an action, rounded to float32."""
         along, left = action[0], self.side * action[1]
         return single(
@@ -265,23 +264,23 @@ class Frame:
         )
 
 
-def uniform(rng: np.random.Generator, range_: Any) -> float:
+def uniform(rng, range_):
     """A number that is drawn from a pair, or the number itself."""
     return float(rng.uniform(*range_) if isinstance(range_, tuple) else range_)
 
 
-def in_ball(rng: np.random.Generator, radius: float, dimension: int = 3) -> Array:
+def in_ball(rng, radius, dimension=3):
     """Uniform in a ball, or in a disk."""
     direction = rng.normal(size=dimension)
     return radius * rng.uniform() ** (1 / dimension) * direction / np.linalg.norm(direction)
 
 
-def near(x: float, tolerance: float) -> float:
+def near(x, tolerance):
     """`x / (|x| + tolerance)`."""
     return x / (abs(x) + tolerance)
 
 
-def share(v: complex, half: float) -> list[float]:
+def share(v, half):
     """`v / (|v| + half)` of a vector in the plane."""
     part = v / (abs(v) + half)
     return [part.real, part.imag]
@@ -296,111 +295,111 @@ class Page(Model):
     controls: ClassVar[int] = 3
     clip = staticmethod(in_box)
 
-    def __init__(self, **settings: Any) -> None:
+    def __init__(self, **settings):
         super().__init__(**settings)
         self.ranges = {name: self.ranges[name] for name in self.physical if name in self.ranges}
         self.parameters = {name: self.middle(name) for name in self.physical}
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name):
         """A parameter of the episode, or an argument."""
         if name.startswith("__") or name in ("s", "parameters"):
             raise AttributeError(name)
         return self.parameters[name] if name in self.parameters else self.settings[name]
 
     @property
-    def settings(self) -> dict[str, Any]:
+    def settings(self):
         """All arguments."""
         return vars(self.s)
 
     @property
-    def n_action(self) -> int:
+    def n_action(self):
         return self.controls
 
     @property
-    def q(self) -> Array:
+    def q(self):
         return self.y[:4]
 
-    def middle(self, name: str) -> float:
+    def middle(self, name):
         """Middle of the range of an argument."""
         return float(np.mean(self.settings[name]))
 
     # -- an episode
 
-    def components(self, y: Array) -> dict[str, Array]:
+    def components(self, y):
         """The parts of a state, by name."""
         names = ("q", "omega_body", "pivot", "pivot_velocity")
         return dict(zip(names, np.split(y, [4, 7, 9] if len(y) > 7 else [4]), strict=False))
 
-    def beside(self, aux: Array) -> dict[str, Any]:
+    def beside(self, aux):
         return {"aux": aux}
 
-    def begin(self, params: Mapping[str, float] | None = None, **state: Any) -> None:
+    def begin(self, params=None, **state):
         self.parameters |= params or {}
         super().begin(params, **state)
 
-    def place(self, aux: Any, **parts: Any) -> None:
+    def place(self, aux, **parts):
         self.y = np.concatenate([np.asarray(part, dtype=float) for part in parts.values()])
         self.aux = np.array(aux, dtype=float)
         self.holding = Held(self.settings.get("hold", 0.0), self.dt)
 
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         u = self.input_of(action)
         self.y = self.moved(u)
         values, cost, success = self.values(u), self.cost(u), bool(self.success())
         return Judged(values, cost, success, bool(self.ended()))
 
-    def stop(self) -> bool:
+    def stop(self):
         """Attitude 1 and zeros, of the state and of what is kept beside it."""
         for numbers in (self.y, self.aux):
             numbers[:] = 0.0
             numbers[:1] = 1.0 if len(numbers) >= 4 else 0.0
         return True
 
-    def moved(self, u: Array) -> Array:
+    def moved(self, u):
         """The state after a control period with a constant input."""
         return moved(lambda y: self.rhs(y, u), self.y, self.dt)
 
-    def held(self, within: bool) -> bool:
+    def held(self, within):
         """Whether that was so throughout the last `hold` seconds; asked once in each step."""
         return self.holding.after(within)
 
     # -- what each page says
 
-    def input_of(self, action: Array) -> Array:
+    def input_of(self, action):
         """Physical input of an action in its space."""
         return self.torque * action
 
     @abstractmethod
-    def rhs(self, y: Array, u: Array) -> Array:
+    def rhs(self, y, u):
         """Equation of motion."""
 
     @abstractmethod
-    def values(self, u: Array) -> dict[str, float]:
+    def values(self, u):
         """The terms of the reward."""
 
-    def cost(self, u: Array) -> float:
+    def cost(self, u):
         """Norm of the input times time."""
         return float(np.linalg.norm(u)) * self.dt
 
     @abstractmethod
-    def success(self) -> bool:
+    def success(self):
         """Whether the step is a success; asked once in each step."""
 
-    def ended(self) -> bool:
+    def ended(self):
         """Whether the episode terminates by itself."""
         return False
 
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+    def draw(self, rng):
         return self.draw_with(rng, self.draw_params(rng))
 
-    def draw_with(self, rng: np.random.Generator, params: Mapping[str, float]) -> dict[str, Any]:
+    def draw_with(self, rng, params):
         self.parameters |= params
         return {**self.components(self.draw_state(rng)), "aux": self.draw_aux(rng)}
 
     @abstractmethod
-    def draw_state(self, rng: np.random.Generator) -> Array:
+    def draw_state(self, rng):
         """State at the start, of the body with the present parameters."""
 
-    def draw_aux(self, rng: np.random.Generator) -> Array:
+    def draw_aux(self, rng):
         """What the task keeps beside the state: by default the counter of `hold`."""
         return np.zeros(1)

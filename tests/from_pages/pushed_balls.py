@@ -8,11 +8,9 @@ for V' remain.
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from rigid_envs.base.checks import Array
 from tests.from_pages import model
 from tests.from_pages.attitudes import angle, compose, draw, of_rotation_vector, rotation_vector
 from tests.from_pages.balls import pose_features, pose_frame, pose_terms
@@ -31,13 +29,13 @@ class Ball:
     turntable_rate: float
 
 
-def plate_axes(alpha_x: float, alpha_y: float) -> Array:
+def plate_axes(alpha_x, alpha_y):
     """Axes of the plate in the world, Rx(alpha_x) Ry(alpha_y)."""
     a, b, c, d = math.cos(alpha_x), math.sin(alpha_x), math.cos(alpha_y), math.sin(alpha_y)
     return np.array([[1.0, 0, 0], [0, a, -b], [0, b, a]]) @ [[c, 0, d], [0, 1.0, 0], [-d, 0, c]]
 
 
-def ball_rate(y: Array, ball: Ball) -> Array:
+def ball_rate(y, ball):
     """Angular velocity of the ball in plate axes, from rolling.
 
     ``V = (omega - w) x radius n + turn n x (X, Y)`` with the rate w of the plate.
@@ -48,7 +46,7 @@ def ball_rate(y: Array, ball: Ball) -> Array:
     return np.array([w_x - (VY - turn * X) / r, w_y + (VX + turn * Y) / r, spin])
 
 
-def rate_of_change(y: Array, u: Array, ball: Ball) -> Array:
+def rate_of_change(y, u, ball):
     """y' of the state y and the input u = (FX, FY, a_x, a_y)."""
     X, Y, VX, VY, _, alpha_x, alpha_y, rate_x, rate_y = y[4:]
     r, turn = ball.radius, ball.turntable_rate
@@ -68,7 +66,7 @@ def rate_of_change(y: Array, u: Array, ball: Ball) -> Array:
     return np.array([*dq, VX, VY, *dV, -transport[2], rate_x, rate_y, u[2], u[3]])
 
 
-def moved(y: Array, u: Array, ball: Ball, dt: float) -> Array:
+def moved(y, u, ball, dt):
     """The state after the input was held for a time."""
     return model.moved(lambda y: rate_of_change(y, u, ball), y, dt)
 
@@ -78,36 +76,36 @@ class BallParkDynamic(Model):
 
     clip = staticmethod(in_disk)
 
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+    def draw(self, rng):
         half = self.s.start_half_width
         return {"q": draw(rng), "position": rng.uniform(-half, half, 2), "velocity": [0.0, 0.0]}
 
-    def place(self, q: Any, position: Any, velocity: Any, spin: float = 0.0) -> None:
+    def place(self, q, position, velocity, spin=0.0):
         self.y = np.array([*q, *position, *velocity, spin, 0.0, 0.0, 0.0, 0.0], dtype=float)
         self.ball = Ball(*(getattr(self.p, k) for k in Ball.__dataclass_fields__))
 
     @property
-    def q(self) -> Array:
+    def q(self):
         return self.y[:4]
 
     @property
-    def position(self) -> Array:
+    def position(self):
         """Position [m]."""
         return self.y[4:6]
 
     @property
-    def velocity(self) -> Array:
+    def velocity(self):
         """Velocity [m/s]."""
         return self.y[6:8]
 
     @property
-    def rate(self) -> float:
+    def rate(self):
         return float(np.linalg.norm(ball_rate(self.y, self.ball)))
 
-    def features(self) -> Array:
+    def features(self):
         return np.asarray(limited(self.y[4:8] / self.p.radius, 50.0))
 
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         force = self.s.force * action
         self.y = moved(self.y, np.array([*force, 0.0, 0.0]), self.ball, self.s.dt)
         distance = math.hypot(*self.position)
@@ -119,7 +117,7 @@ class BallParkDynamic(Model):
         cost = self.s.dt * math.hypot(*force)
         return Judged({**terms, **ends}, cost, parked, parked or off)
 
-    def stopped(self) -> tuple[Array, Array]:
+    def stopped(self):
         """Offset [radii] and rotation vector after braking by the largest force."""
         middle_m, middle_beta = np.mean(self.s.m), np.mean(self.s.beta)
         deceleration = self.s.force / (middle_m * (1.0 + middle_beta))
@@ -128,20 +126,20 @@ class BallParkDynamic(Model):
         rolled = of_rotation_vector([-way[1], way[0], 0.0])
         return self.position / self.p.radius + way, rotation_vector(compose(rolled, self.q))
 
-    def frame(self) -> Frame:
+    def frame(self):
         """Of the pose after braking; not mirrored on a turntable."""
         frame = pose_frame(*self.stopped())
         mirrored = self.p.turntable_rate == 0.0
         return frame if mirrored else Frame(frame.cosine, frame.sine)
 
-    def reduced(self) -> Array:
+    def reduced(self):
         frame = self.frame()
         pose = pose_features(frame, *self.stopped())
         place = frame.seen(*self.position / self.p.radius)
         pace = frame.seen(*self.velocity / self.p.radius)
         return np.array([*pose, *limited([*place, *pace, math.hypot(*pace)], 50.0)])
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         return self.frame().back(action)
 
 
@@ -150,8 +148,8 @@ class BallPlate(Model):
 
     clip = staticmethod(in_box)
 
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
-        def in_disk(radius: float) -> Array:
+    def draw(self, rng):
+        def in_disk(radius):
             angle = rng.uniform(0.0, 2.0 * math.pi)
             far = radius * math.sqrt(rng.uniform())
             return far * np.array([math.cos(angle), math.sin(angle)])
@@ -166,10 +164,10 @@ class BallPlate(Model):
             "point": in_disk(self.s.start_radius),
         }
 
-    def beside(self, aux: Array) -> dict[str, Any]:
+    def beside(self, aux):
         return {"point": aux[:2]}
 
-    def place(self, point: Any, **state: Any) -> None:
+    def place(self, point, **state):
         """Take a start; the point is beside the state."""
         names = ("q", "position", "velocity", "spin", "tilt", "tilt_rate")
         self.y = np.concatenate([np.atleast_1d(state[k]).astype(float) for k in names])
@@ -178,23 +176,23 @@ class BallPlate(Model):
         self.held = Held(self.s.hold, self.s.dt)
 
     @property
-    def q(self) -> Array:
+    def q(self):
         return self.y[:4]
 
-    def offset(self) -> Array:
+    def offset(self):
         """From the point to the ball [m]."""
         return np.asarray(self.y[4:6] - self.point)
 
     @property
-    def rate(self) -> float:
+    def rate(self):
         return float(np.linalg.norm(ball_rate(self.y, self.ball)))
 
-    def features(self) -> Array:
+    def features(self):
         tilt = np.concatenate([self.y[9:11] / self.s.tilt_limit, self.y[11:] / self.s.tilt_rate])
         moving = limited([*self.offset(), *self.y[4:9]], 20.0)
         return np.array([*moving, *limited(tilt, 2.0)])
 
-    def motor(self, action: Array) -> Array:
+    def motor(self, action):
         """Accelerations of the angles: to a rate from which the table stops within its limit."""
         dt, limit, largest = self.s.dt, self.s.tilt_limit, self.s.tilt_rate
         angles, rates = self.y[9:11], self.y[11:]
@@ -202,7 +200,7 @@ class BallPlate(Model):
         wanted = np.clip(largest * action, (-limit - rest) / dt, (limit - rest) / dt)
         return np.asarray((limited(wanted, largest) - rates) / dt)
 
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         self.y = moved(self.y, np.array([0.0, 0.0, *self.motor(action)]), self.ball, self.s.dt)
         distance = math.hypot(*self.offset())
         rate = math.hypot(*self.y[11:])
@@ -214,14 +212,14 @@ class BallPlate(Model):
         off = math.hypot(*self.y[4:6]) > self.s.start_radius + self.s.margin
         return Judged(terms, self.s.dt * rate, success, off)
 
-    def signs(self) -> Array:
+    def signs(self):
         """Of X and Y."""
         dx, dy = self.offset()
         if self.p.turntable_rate != 0.0:
             dx = dy = dx + dy
         return np.array([-1.0 if d < 0.0 else 1.0 for d in (dx, dy)])
 
-    def predicted(self) -> Array:
+    def predicted(self):
         """Offset after a while, near level and at constant tilt."""
         r, pull, half = self.p.radius, self.p.g / (1.0 + self.p.beta), 0.5 * self.s.dt
         time = 3.5 * math.sqrt(r / pull)
@@ -231,11 +229,11 @@ class BallPlate(Model):
         fall = pull * np.array([ay + half * by, -ax - half * bx])
         return np.asarray(near + time * pace + 0.5 * time**2 * fall)
 
-    def logarithm(self, d: Array) -> Array:
+    def logarithm(self, d):
         """log(1 + |d| / tolerance) with the sign of d."""
         return np.asarray(np.sign(d) * np.log1p(np.minimum(np.abs(d), 20.0) / self.s.tolerance))
 
-    def reduced(self) -> Array:
+    def reduced(self):
         sign = self.signs()
         offset, ahead = sign * self.offset(), sign * self.predicted()
         plain = self.features() * [*sign, *sign, *sign, sign.prod(), *sign[::-1], *sign[::-1]]
@@ -249,5 +247,5 @@ class BallPlate(Model):
             ]
         )
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         return self.signs()[::-1] * action

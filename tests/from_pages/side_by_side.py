@@ -1,20 +1,14 @@
 """Episodes of an environment of `gym.make` beside those of the model made from its page."""
 
-from collections.abc import Callable, Iterable, Mapping
-from typing import Any, TypeVar
+from collections.abc import Mapping
 
 import gymnasium as gym
 import numpy as np
 import pytest
 
 import rigid_envs  # noqa: F401 - registers the ids
-from rigid_envs.base.checks import Array
 from rigid_envs.engine.layout import CLOCK
 from rigid_envs.testing.environments import FULL
-from tests.from_pages.model import Model, Page, Step
-
-ModelT = TypeVar("ModelT", bound=Model)
-Rng = np.random.Generator
 
 FINE = 64  # substeps with which the integrator's error is negligible, see `TOLERANCE`
 # The integrator is of fourth order. With 64 substeps a step of it turns the body by less than
@@ -27,34 +21,27 @@ _HALF_ULP = 2.0**-24  # relative: observations are rounded to float32
 _OF_A_STEP = ("cost", "is_success", "action_clipped", "physics_error")  # 0 at a reset
 
 
-def in_frames(*kinds: type[Model]) -> list[Any]:
+def in_frames(*kinds):
     """Models with each frame; a reduced one is a kernel of its own, of most ids a long test."""
-    cases: list[Any] = [(kind, "world") for kind in kinds]
+    cases = [(kind, "world") for kind in kinds]
     for kind in kinds:
         is_long = f"RigidEnvs/{kind.__name__}-v0" not in FULL
         cases.append(pytest.param(kind, "reduced", marks=[pytest.mark.long] * is_long))
     return cases
 
 
-def environment(name: str, **settings: Any) -> gym.Env[Any, Any]:
+def environment(name, **settings):
     """An environment by the name of its page."""
     return gym.make(f"RigidEnvs/{name}-v0", disable_env_checker=True, **settings)
 
 
-def both(kind: type[ModelT], **settings: Any) -> tuple[gym.Env[Any, Any], ModelT]:
+def both(kind, **settings):
     """An environment, and the model of its page."""
     ours = {key: value for key, value in settings.items() if key != "max_episode_steps"}
     return environment(kind.__name__, **settings), kind(**ours)
 
 
-def begin(
-    env: gym.Env[Any, Any],
-    model: Model,
-    state: Mapping[str, Any],
-    params: Mapping[str, float] | None = None,
-    seed: int | None = None,
-    **beside: Any,
-) -> Any:
+def begin(env, model, state, params=None, seed=None, **beside):
     """Begin an episode of both in the same state; what is beside it, if not given, is theirs."""
     options = {"state": dict(state), "params": dict(params or {})}
     observation, info = env.reset(seed=seed, options=options)
@@ -63,7 +50,7 @@ def begin(
     return observation
 
 
-def started(env: gym.Env[Any, Any], model: Model, rng: Rng, seed: int, **more: Any) -> Any:
+def started(env, model, rng, seed, **more):
     """Begin an episode of both: state of the model, and what is beside it of the environment."""
     params = model.draw_params(rng)
     state = {**model.draw_with(rng, params), **more}
@@ -72,18 +59,18 @@ def started(env: gym.Env[Any, Any], model: Model, rng: Rng, seed: int, **more: A
     return begin(env, model, state, params, seed)
 
 
-def hidden(env: Any) -> Array:
+def hidden(env):
     """What the task keeps beside the state of the body, in the order of its page, if anything."""
     return np.asarray(env.unwrapped.get_state().get("aux", []), dtype=float)
 
 
-def actions(rng: Rng, n: int, size: int, largest: float = 1.3) -> Array:
+def actions(rng, n, size, largest=1.3):
     """Random actions, some of them outside the space, held for three steps."""
     held = rng.uniform(-largest, largest, (n // 3 + 1, size))
     return np.repeat(held, 3, axis=0)[:n].astype(np.float32)
 
 
-def alike(seen: Any, expected: Any, tolerance: float, what: str = "observation") -> None:
+def alike(seen, expected, tolerance, what="observation"):
     """What is seen is what is expected, rounded to float32."""
     if isinstance(expected, Mapping):
         assert seen.keys() == expected.keys()
@@ -94,9 +81,7 @@ def alike(seen: Any, expected: Any, tolerance: float, what: str = "observation")
     np.testing.assert_allclose(seen, expected, rtol=_HALF_ULP, atol=tolerance, err_msg=what)
 
 
-def step(
-    env: Any, model: Model, action: Any, tolerance: float, shown: float | None = None
-) -> tuple[Step, bool]:
+def step(env, model, action, tolerance, shown=None):
     """Step both and compare everything; also whether the time limit is reached.
 
     Observations may have a tolerance of their own.
@@ -113,7 +98,7 @@ def step(
     return expected, truncated
 
 
-def play(env: gym.Env[Any, Any], model: Model, choices: Iterable[Any], tolerance: float) -> bool:
+def play(env, model, choices, tolerance):
     """Step both until the end of the episode or of the actions.
 
     Args:
@@ -135,15 +120,7 @@ def play(env: gym.Env[Any, Any], model: Model, choices: Iterable[Any], tolerance
     return success
 
 
-def play_many(
-    kind: type[Model],
-    steps: int,
-    tolerance: float,
-    /,
-    n: int = 40,
-    at_start: float | None = None,
-    **settings: Any,
-) -> None:
+def play_many(kind, steps, tolerance, /, n=40, at_start=None, **settings):
     """Play n episodes of random actions; first observations may have a tolerance of their own."""
     (env, model), rng = both(kind, **settings), np.random.default_rng(99)
     for seed in range(n):
@@ -154,12 +131,12 @@ def play_many(
 class Pair:
     """Episodes of a body that turns, led by policies; states are compared as well."""
 
-    def __init__(self, kind: type[Page], within: float = TOLERANCE, **settings: Any) -> None:
+    def __init__(self, kind, within=TOLERANCE, **settings):
         """Make both; n_substeps is `FINE` where it is not given."""
         self.env, self.page = both(kind, **{"n_substeps": FINE, **settings})
         self.within = within
 
-    def reset(self, rng: Rng, y: Array | None = None, aux: Array | None = None) -> None:
+    def reset(self, rng, y=None, aux=None):
         """Begin at a start that the page draws, or at y; goals are drawn by the environment.
 
         What is kept beside the state can be given instead: it is set by `set_state`, as of `LATE`
@@ -170,18 +147,18 @@ class Pair:
         if aux is None:
             alike(seen, self.page.observe(), 100.0 * self.within)
             return
-        unwrapped: Any = self.env.unwrapped
+        unwrapped = self.env.unwrapped
         state = unwrapped.get_state()
         state["clock"][CLOCK.elapsed] = LATE
         unwrapped.set_state({**state, "aux": aux})
         self.page.aux = np.array(aux, dtype=float)
 
-    def step(self, action: Any) -> tuple[Step, bool]:
+    def step(self, action):
         """Step both and compare everything; also whether the time limit is reached."""
         # terms have slopes up to 10, at the goal; entries in the reduced frame up to 100
         tolerances = 10.0 * self.within, 100.0 * self.within
         outcome = step(self.env, self.page, np.float32(action), *tolerances)
-        unwrapped: Any = self.env.unwrapped
+        unwrapped = self.env.unwrapped
         y = unwrapped.y
         y[:4] *= 1.0 if y[:4] @ self.page.y[:4] > 0 else -1.0
         np.testing.assert_allclose(y[:4], self.page.y[:4], rtol=0, atol=self.within)
@@ -189,9 +166,9 @@ class Pair:
         np.testing.assert_allclose(y[4:], self.page.y[4:], rtol=0, atol=self.within * size)
         return outcome
 
-    def run(self, policy: Callable[[Page, int], Any], steps: int = 1000) -> list[Step]:
+    def run(self, policy, steps=1000):
         """Steps until the end, or so many."""
-        outcomes: list[Step] = []
+        outcomes = []
         for k in range(steps):
             outcome, truncated = self.step(policy(self.page, k))
             outcomes.append(outcome)
@@ -199,14 +176,12 @@ class Pair:
                 break
         return outcomes
 
-    def shake(self, rng: Rng, steps: int) -> list[Step]:
+    def shake(self, rng, steps):
         """Steps under actions that are outside their space now and then."""
         return self.run(lambda page, k: rng.uniform(-1.5, 1.5, page.controls), steps)
 
 
-def drawn(
-    kind: type[Model], n: int = 2000, seed: int = 5, **settings: Any
-) -> tuple[Array, Any, Any]:
+def drawn(kind, n=2000, seed=5, **settings):
     """States, observations and vector environment after one reset of n rows."""
     envs = gym.make_vec(
         f"RigidEnvs/{kind.__name__}-v0",

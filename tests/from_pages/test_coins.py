@@ -1,14 +1,11 @@
 """Disks, coins and rollers rebuilt from their pages do as theirs; starts of all are as told."""
 
-from collections.abc import Callable
 from functools import cache
-from typing import Any
 
 import numpy as np
 import pytest
 from scipy.stats import ks_2samp, kstest
 
-from rigid_envs.base.checks import Array
 from tests.from_pages import balls, bodies, pushed_balls, side_by_side, tops, wheels
 from tests.from_pages.wheels import CoinPark, DiskRoll, DiskRollRandom, RollPump, attitude_of, seen
 
@@ -303,7 +300,6 @@ def between(values, low, high):
     return np.asarray((values - low) / (high - low))
 
 
-Share = Callable[[Any, Array, Array], Array]
 SHARES = [
     *((kind, off_the_spin) for kind in (*bodies.KINDS[:3:2], bodies.AxisFlip)),
     (bodies.SpinCapture, lambda p, y, _: between(np.linalg.norm(y[:, 4:7], axis=1), *p.start_rate)),

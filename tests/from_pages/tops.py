@@ -1,11 +1,10 @@
 """The environments of the heavy top, written again from their pages alone."""
 
 from abc import abstractmethod
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
-from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import matrix, quaternion_rate, tilted
 from tests.from_pages.model import Page, in_ball, in_disk, near, share, single
 from tests.vectors import cross
@@ -22,21 +21,21 @@ class HeavyTop(Page):
     """Of observed rates."""
 
     @property
-    def moments(self) -> Array:
+    def moments(self):
         """Of the top of the episode."""
         return np.array([self.I_perp, self.I_perp, self.I3])
 
     @property
-    def R(self) -> Array:
+    def R(self):
         """Attitude."""
         return matrix(self.y[:4])
 
     @property
-    def omega(self) -> Array:
+    def omega(self):
         """Angular velocity in body axes."""
         return self.y[4:7]
 
-    def rhs(self, y: Array, u: Array) -> Array:
+    def rhs(self, y, u):
         """Euler's equations about the pivot, whose frame may be accelerated."""
         omega, moments = y[4:7], self.moments
         (I1, I2, I3), (w1, w2, w3) = moments, omega
@@ -48,91 +47,91 @@ class HeavyTop(Page):
         return np.concatenate([quaternion_rate(y[:4], omega), spin, y[9:11], u[6:8]])
 
     @property
-    def rate(self) -> float:
+    def rate(self):
         """The larger one of |omega| and |I omega| / I2."""
         momentum = self.moments * self.omega
         return max(np.linalg.norm(self.omega), np.linalg.norm(momentum) / self.moments[1])
 
-    def tilt(self) -> float:
+    def tilt(self):
         """Angle from the vertical to e3."""
         R = self.R
         return float(np.arctan2(np.hypot(R[2, 0], R[2, 1]), R[2, 2]))
 
-    def critical(self) -> float:
+    def critical(self):
         """The least spin at which the top sleeps."""
         return 2 * np.sqrt(self.moments[0] * self.m * self.g * self.ell) / self.I3
 
-    def effort(self, u: Array, most: float) -> float:
+    def effort(self, u, most):
         """Minus the square of the input over its maximum."""
         return -(u @ u) / most
 
-    def draw_state(self, rng: np.random.Generator) -> Array:
+    def draw_state(self, rng):
         """Tilt and rates, pivot at rest in the centre."""
         return np.concatenate([tilted(rng, self.draw_tilt(rng)), self.draw_omega(rng), np.zeros(4)])
 
-    def draw_tilt(self, rng: np.random.Generator) -> float:
+    def draw_tilt(self, rng):
         """Uniform up to `start_tilt`."""
         return float(rng.uniform(0.0, self.start_tilt))
 
     @abstractmethod
-    def draw_omega(self, rng: np.random.Generator) -> Array:
+    def draw_omega(self, rng):
         """Angular velocity at the start, in body axes."""
 
     # -- reduced frame
 
-    def inertia(self) -> float:
+    def inertia(self):
         """Moment I across e3, of the middle of the ranges."""
         return self.middle("I_perp")
 
-    def fall(self) -> float:
+    def fall(self):
         """`m g ell / I`."""
         return self.middle("m") * self.middle("g") * self.middle("ell") / self.inertia()
 
-    def kappa(self) -> float:
+    def kappa(self):
         """`I3 omega3 / I`."""
         return self.middle("I3") * float(self.omega[2]) / self.inertia()
 
-    def lean(self) -> tuple[complex, complex]:
+    def lean(self):
         """e and e', in world axes."""
         R = self.R
         rate = R @ cross(self.omega, [0, 0, 1])
         return complex(*R[:2, 2]), complex(*rate[:2])
 
-    def growth(self) -> float:
+    def growth(self):
         """Of the lean."""
         return float(np.sqrt(max(self.fall() - self.kappa() ** 2 / 4, 0.0)))
 
-    def parts(self) -> tuple[complex, complex]:
+    def parts(self):
         """u, which grows, and s."""
         e, rate = self.lean()
         b = rate - 0.5j * self.kappa() * e
         return b + self.growth() * e, b - self.growth() * e
 
-    def axes(self) -> tuple[complex, complex]:
+    def axes(self):
         """Vectors along which the x-axis of the frame is: the second where the first is 0."""
         return self.parts()
 
-    def frame_axis(self) -> complex:
+    def frame_axis(self):
         """The x-axis of the frame, of length 1."""
         for v in self.axes():
             if abs(v) ** 2 >= 1e-18:
                 return v / abs(v)
         return 1.0 + 0.0j
 
-    def side(self) -> float:
+    def side(self):
         """The sign S: -1 where y is to the right of x."""
         return -1.0 if self.omega[2] < 0 else 1.0
 
-    def seen(self, v: complex) -> complex:
+    def seen(self, v):
         """Components of a vector in the frame."""
         turned = v * self.frame_axis().conjugate()
         return complex(turned.real, self.side() * turned.imag)
 
-    def unseen(self, a: Array) -> complex:
+    def unseen(self, a):
         """The vector of components in the frame."""
         return complex(a[0], self.side() * a[1]) * self.frame_axis()
 
-    def upright(self) -> list[float]:
+    def upright(self):
         """Entries of the lean, height and spin."""
         u, s = self.parts()
         s, e = self.seen(s), self.seen(self.lean()[0])
@@ -158,32 +157,32 @@ class SleepingTop(HeavyTop):
     clip = staticmethod(in_disk)
     ACCEPTED = 1.1
 
-    def input_of(self, action: Array) -> Array:
+    def input_of(self, action):
         """Horizontal torque in world axes."""
         return np.array([0, 0, 0, *(self.torque * action), 0, 0, 0])
 
-    def features(self) -> Any:
+    def features(self):
         """Angular velocity in world axes."""
         return np.clip(self.R @ self.omega, -self.bound, self.bound)
 
-    def values(self, u: Array) -> dict[str, float]:
+    def values(self, u):
         """Section *Rewards*."""
         return {"upright": 1 / (1 + 10 * self.tilt()), "effort": self.effort(u, self.torque**2)}
 
-    def success(self) -> bool:
+    def success(self):
         """Section *Episode End*."""
         return self.held(self.tilt() < self.tolerance)
 
-    def reduced(self) -> Any:
+    def reduced(self):
         """Section *Reduced Frame*."""
         return self.upright()
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         """At right angles to the push."""
         p = self.unseen(action)
         return single([-p.imag, p.real])
 
-    def draw_omega(self, rng: np.random.Generator) -> Array:
+    def draw_omega(self, rng):
         """Spin in critical ones."""
         spin = rng.uniform(self.start_spin_low, self.start_spin_high)
         return np.array([0.0, 0.0, self.critical() * spin])
@@ -202,17 +201,17 @@ class TopPrecession(HeavyTop):
     controls = 2
     bound = 30.0
 
-    def input_of(self, action: Array) -> Array:
+    def input_of(self, action):
         """Torque about e1 and e2."""
         return np.array([*(self.torque * action), 0, 0, 0, 0, 0, 0])
 
-    def precession(self) -> float:
+    def precession(self):
         """phi', limited."""
         G, omega = self.R[2], self.omega
         rate = (omega[0] * G[0] + omega[1] * G[1]) / max(G[0] ** 2 + G[1] ** 2, 1e-12)
         return float(np.clip(rate, -30, 30))
 
-    def goal(self) -> float:
+    def goal(self):
         """The rate of steady precession at the commanded tilt, limited."""
         a = self.I_perp * np.cos(self.aux[1])
         b = self.I3 * self.omega[2]
@@ -222,17 +221,17 @@ class TopPrecession(HeavyTop):
         slow, fast = 2 * c / (n if abs(n) >= 1e-9 else 1e-9), n / (2 * a)
         return float(np.clip(fast if self.branch == "fast" else slow, -30, 30))
 
-    def errors(self) -> tuple[float, float]:
+    def errors(self):
         """Of the tilt [rad], and relative of the rate."""
         late = abs(self.precession() - self.goal()) / max(abs(self.goal()), 1e-9)
         return abs(self.tilt() - self.aux[1]), late
 
-    def features(self) -> Any:
+    def features(self):
         """Rates, tilt and rate of precession and their goals."""
         omega = np.clip(self.omega, -30, 30)
         return [*omega, self.tilt(), self.precession(), self.aux[1], self.goal()]
 
-    def values(self, u: Array) -> dict[str, float]:
+    def values(self, u):
         """Section *Rewards*."""
         off, late = self.errors()
         return {
@@ -241,16 +240,16 @@ class TopPrecession(HeavyTop):
             "effort": self.effort(u, 2 * self.torque**2),
         }
 
-    def success(self) -> bool:
+    def success(self):
         """Section *Episode End*."""
         off, late = self.errors()
         return self.held(off <= self.tolerance * self.aux[1] and late <= self.tolerance)
 
-    def axes(self) -> tuple[complex, complex]:
+    def axes(self):
         """Section *Reduced Frame*."""
         return complex(*self.R[2, :2]), complex(-self.omega[1], self.omega[0])
 
-    def reduced(self) -> Any:
+    def reduced(self):
         """Section *Reduced Frame*."""
         x, S, omega = self.frame_axis(), self.side(), self.omega
         v = S * (x.real * omega[0] + x.imag * omega[1])
@@ -274,17 +273,17 @@ class TopPrecession(HeavyTop):
             near(d, 0.02),
         ]
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         """Section *Reduced Frame*."""
         p = self.side() * self.unseen(in_disk(action)[0])
         return single([p.real, p.imag])
 
-    def draw_omega(self, rng: np.random.Generator) -> Array:
+    def draw_omega(self, rng):
         """Spin in critical ones, and rates across e3."""
         spin = rng.uniform(self.start_spin, self.start_spin + self.start_spread)
         return np.array([*in_ball(rng, self.start_rate, 2), self.critical() * spin])
 
-    def draw_aux(self, rng: np.random.Generator) -> Array:
+    def draw_aux(self, rng):
         """The commanded tilt."""
         return np.array([0.0, rng.uniform(self.goal_tilt, self.goal_tilt + self.goal_spread)])
 
@@ -297,46 +296,46 @@ class TopRandom(HeavyTop):
     bound = 30.0
 
     @property
-    def moments(self) -> Array:
+    def moments(self):
         """Three different ones."""
         return np.array([self.I1, self.I2, self.I3])
 
-    def input_of(self, action: Array) -> Array:
+    def input_of(self, action):
         """Torque in body axes."""
         return np.array([*(self.torque * action), 0, 0, 0, 0, 0])
 
-    def features(self) -> Any:
+    def features(self):
         """Angular velocity in body axes."""
         return np.clip(self.omega, -self.bound, self.bound)
 
-    def values(self, u: Array) -> dict[str, float]:
+    def values(self, u):
         """Section *Rewards*."""
         return {"upright": 1 / (1 + 10 * self.tilt()), "effort": self.effort(u, 3 * self.torque**2)}
 
-    def success(self) -> bool:
+    def success(self):
         """Section *Episode End*."""
         return self.held(self.tilt() < self.tolerance)
 
-    def inertia(self) -> float:
+    def inertia(self):
         """The mean of I1 and I2."""
         return (self.middle("I1") + self.middle("I2")) / 2
 
-    def lean(self) -> tuple[complex, complex]:
+    def lean(self):
         """In body axes."""
         return -complex(*self.R[2, :2]), complex(self.omega[1], -self.omega[0])
 
-    def reduced(self) -> Any:
+    def reduced(self):
         """Section *Reduced Frame*."""
         twice = self.frame_axis() ** 2
         across = float(np.hypot(*self.omega[:2]))
         return [*self.upright(), near(across, 1.0), twice.real, self.side() * twice.imag]
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         """Section *Reduced Frame*."""
         p = self.unseen(in_disk(action[:2])[0])
         return np.array([*single([-p.imag, p.real]), self.side() * action[2]])
 
-    def draw_omega(self, rng: np.random.Generator) -> Array:
+    def draw_omega(self, rng):
         """Spin in either sense, and rates across e3."""
         spin = rng.uniform(-self.start_spin, self.start_spin)
         return np.array([*in_ball(rng, self.start_rate, 2), spin])
@@ -349,20 +348,20 @@ class PivotTop(HeavyTop):
     controls = 2
     clip = staticmethod(in_disk)
 
-    def input_of(self, action: Array) -> Array:
+    def input_of(self, action):
         """Acceleration of the pivot."""
         return np.array([0, 0, 0, 0, 0, 0, *(self.push * action)])
 
-    def distance(self) -> float:
+    def distance(self):
         """Of the pivot from the centre."""
         return float(np.hypot(*self.y[7:9]))
 
-    def features(self) -> Any:
+    def features(self):
         """Rates in world axes, pivot."""
         omega = np.clip(self.R @ self.omega, -20, 20)
         return [*omega, *np.clip(self.y[7:9] / self.arena, -2, 2), *np.clip(self.y[9:11], -20, 20)]
 
-    def values(self, u: Array) -> dict[str, float]:
+    def values(self, u):
         """Section *Rewards*."""
         upright = 1 / (1 + 10 * self.tilt())
         return {
@@ -371,27 +370,27 @@ class PivotTop(HeavyTop):
             "effort": self.effort(u, self.push**2),
         }
 
-    def success(self) -> bool:
+    def success(self):
         """Section *Episode End*."""
         central = self.distance() < self.centre_tolerance
         return self.held(self.tilt() < self.tilt_tolerance and central)
 
-    def ended(self) -> bool:
+    def ended(self):
         """Section *Episode End*."""
         return self.distance() > self.arena or self.tilt() > self.settings["fall"]
 
-    def returning(self) -> complex:
+    def returning(self):
         """w of *Reduced Frame*."""
         k = 0.35 * np.sqrt(self.fall())
         pivot, velocity = complex(*self.y[7:9]), complex(*self.y[9:11])
         lean = k * (k * pivot + 2 * velocity) / self.middle("g")
         return self.parts()[0] + (self.growth() - 0.5j * self.kappa()) * lean
 
-    def axes(self) -> tuple[complex, complex]:
+    def axes(self):
         """Section *Reduced Frame*."""
         return self.returning(), self.parts()[0]
 
-    def reduced(self) -> Any:
+    def reduced(self):
         """Section *Reduced Frame*."""
         w = abs(self.returning())
         s, e = self.seen(self.parts()[1]), self.seen(self.lean()[0])
@@ -410,21 +409,19 @@ class PivotTop(HeavyTop):
             min(abs(self.kappa()) / (2 * np.sqrt(self.fall())), 4.0),
         ]
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         """Section *Reduced Frame*."""
         p = self.unseen(action)
         return single([p.real, p.imag])
 
-    def draw_tilt(self, rng: np.random.Generator) -> float:
+    def draw_tilt(self, rng):
         """From a third of `start_tilt` on."""
         return float(rng.uniform(self.start_tilt / 3, self.start_tilt))
 
-    def draw_omega(self, rng: np.random.Generator) -> Array:
+    def draw_omega(self, rng):
         """Spin in critical ones."""
         spin = rng.uniform(0.3 * self.start_spin, self.start_spin)
         return np.array([0.0, 0.0, self.critical() * spin])
 
 
-KINDS: tuple[type[Page], ...] = (
-    *(SleepingTop, SleepingTopRandom, TopPrecession, TopRandom, PivotTop),
-)
+KINDS = (*(SleepingTop, SleepingTopRandom, TopPrecession, TopRandom, PivotTop),)

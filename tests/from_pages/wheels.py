@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -12,12 +11,12 @@ from tests.from_pages.model import Held, Judged, Model, in_box, limited, moved, 
 from tests.vectors import cross
 
 
-def within_half_a_turn(angle: float) -> float:
+def within_half_a_turn(angle):
     """The same angle from -pi to pi."""
     return math.remainder(angle, 2.0 * math.pi)
 
 
-def attitude_of(heading: float, phase: float) -> Array:
+def attitude_of(heading, phase):
     """q of R = Rz(heading) Rx(pi / 2) Rz(phase)."""
     half = math.sqrt(0.5)
     first = [math.cos(0.5 * heading), 0.0, 0.0, math.sin(0.5 * heading)]
@@ -25,7 +24,7 @@ def attitude_of(heading: float, phase: float) -> Array:
     return compose(compose(first, [half, half, 0.0, 0.0]), last)
 
 
-def angles_of(q: Any) -> tuple[float, float]:
+def angles_of(q):
     """Heading and phase of an upright attitude."""
     R = matrix(q)
     return math.atan2(R[0, 2], -R[1, 2]), math.atan2(R[2, 0], R[2, 1])
@@ -36,25 +35,25 @@ class CoinPark(Model):
 
     clip = staticmethod(in_box)
 
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+    def draw(self, rng):
         half = self.s.start_half_width
         return {
             "q": attitude_of(*rng.uniform(-math.pi, math.pi, 2)),
             "contact": rng.uniform(-half, half, 2),
         }
 
-    def place(self, q: Any, contact: Any, **_: Any) -> None:
+    def place(self, q, contact, **_):
         self.heading, self.phase = angles_of(q)
         self.contact = np.array(contact, dtype=float)
 
     @property
-    def q(self) -> Array:
+    def q(self):
         return attitude_of(self.heading, self.phase)
 
-    def features(self) -> Array:
+    def features(self):
         return np.asarray(limited(self.contact / self.p.radius, 50.0))
 
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         rolled, turned = self.s.roll_per_step * action[0], self.s.steer_per_step * action[1]
         between = self.heading + 0.5 * turned
         chord = rolled * np.sinc(0.5 * turned / math.pi)  # of an arc of length `rolled`
@@ -64,7 +63,7 @@ class CoinPark(Model):
         self.phase = within_half_a_turn(self.phase + rolled)
         return self.judge(float(self.p.radius * abs(rolled)))
 
-    def judge(self, cost: float) -> Judged:
+    def judge(self, cost):
         """Terms and end of the present state."""
         x, y = self.contact / self.p.radius
         m = self.mismatch()
@@ -82,15 +81,15 @@ class CoinPark(Model):
         }
         return Judged(terms, cost, parked, parked)
 
-    def mismatch(self) -> float:
+    def mismatch(self):
         """Of rolled offset and phase."""
         return within_half_a_turn(limited(self.contact[0] / self.p.radius, 50.0) + self.phase)
 
-    def signs(self) -> tuple[float, float]:
+    def signs(self):
         """Of X and Y."""
         return -1.0 if self.mismatch() < 0.0 else 1.0, -1.0 if self.contact[1] < 0.0 else 1.0
 
-    def reduced(self) -> Array:
+    def reduced(self):
         a, b = self.signs()
         X, Y = np.array([a, b]) * self.features()
         psi, m = a * self.phase, abs(self.mismatch())
@@ -104,7 +103,7 @@ class CoinPark(Model):
             [X, Y, roots[0], cos, sin, psi, m, roots[1], ahead, aside, *rest, limited(first, 4.0)]
         )
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         a, b = self.signs()
         return np.array([a, a * b]) * action
 
@@ -134,7 +133,7 @@ class Seen:
     phi_rate: float
 
 
-def seen(y: Array) -> Seen:
+def seen(y):
     """Rolling variables of a state."""
     up, omega = matrix(y[:4])[2], y[4:7]  # the vertical, and the rate, in body axes
     s = math.hypot(up[0], up[1])
@@ -154,7 +153,7 @@ def seen(y: Array) -> Seen:
     )
 
 
-def rate_of_change(y: Array, torque: Array, disk: Disk) -> Array:
+def rate_of_change(y, torque, disk):
     """y', with torques about n, the direction of travel, and the axis.
 
     Newton's law gives the contact force of ``v = omega x radius n``, Euler's law then omega'.
@@ -181,10 +180,10 @@ class DiskRoll(Model):
     clip = staticmethod(in_box)
 
     @property
-    def n_action(self) -> int:
+    def n_action(self):
         return 1
 
-    def draw_with(self, rng: np.random.Generator, params: dict[str, float]) -> dict[str, Any]:
+    def draw_with(self, rng, params):
         """A start of a wheel with these parameters."""
         p = {k: params.get(k, getattr(self.s, k)) for k in Disk.__dataclass_fields__}
         lean = self.s.start_lean * rng.uniform(-1.0, 1.0)
@@ -207,39 +206,39 @@ class DiskRoll(Model):
         omega = wn * state.n + wl * state.travel + w3 * np.array([0.0, 0.0, 1.0])
         return {"q": q, "omega_body": omega, "contact": [0.0, 0.0], "goal": goal}
 
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+    def draw(self, rng):
         return self.draw_with(rng, {})
 
-    def beside(self, aux: Array) -> dict[str, Any]:
+    def beside(self, aux):
         return {"goal": aux[1]}
 
-    def place(self, q: Any, omega_body: Any, contact: Any, goal: float) -> None:
+    def place(self, q, omega_body, contact, goal):
         self.y = np.array([*q, *omega_body, *contact], dtype=float)
         self.goal = float(goal)
         self.disk = Disk(*(getattr(self.p, k) for k in Disk.__dataclass_fields__))
         self.held = Held(self.s.hold, self.s.dt)
 
     @property
-    def q(self) -> Array:
+    def q(self):
         return self.y[:4]
 
-    def curvature(self) -> float:
+    def curvature(self):
         """Curvature of the path of the contact, times the radius."""
         state = seen(self.y)
         psi = state.psi_rate
         return float(limited(state.phi_rate * psi / max(psi * psi, 1e-9), 10.0))
 
     @property
-    def rate(self) -> float:
+    def rate(self):
         across = math.hypot(self.y[4], self.y[5]) / math.cos(seen(self.y).lean)
         return float(abs(self.y[6]) + across + math.sqrt(self.disk.g / self.disk.radius))
 
-    def features(self) -> Array:
+    def features(self):
         state = seen(self.y)
         rates = limited([state.theta_rate, state.wn, state.w3], 50.0)
         return np.array([state.lean, *rates, self.curvature(), self.goal])
 
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         torque = self.s.torque * float(action[0])
         u = np.array([0.0, torque, 0.0])
         self.y = moved(lambda y: rate_of_change(y, u, self.disk), self.y, self.s.dt)
@@ -254,7 +253,7 @@ class DiskRoll(Model):
         }
         return Judged(terms, self.s.dt * abs(torque), success, fallen)
 
-    def reduced(self) -> Array:
+    def reduced(self):
         state, side = seen(self.y), -1.0 if self.goal < 0.0 else 1.0
         both = side * (-1.0 if state.w3 < 0.0 else 1.0)
         lean, wn, w3 = side * state.lean, both * state.wn, abs(state.w3)
@@ -284,7 +283,7 @@ class DiskRoll(Model):
             ]
         )
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         return action if self.goal >= 0.0 else -action
 
 
@@ -298,10 +297,10 @@ class RollPump(Model):
     clip = staticmethod(in_box)
 
     @property
-    def n_action(self) -> int:
+    def n_action(self):
         return 1
 
-    def draw_with(self, rng: np.random.Generator, params: dict[str, float]) -> dict[str, Any]:
+    def draw_with(self, rng, params):
         """A start in a valley with these parameters."""
         part = self.s.start_part * rng.uniform(0.5, 1.0)
         curvature = params.get("curvature", self.s.curvature)
@@ -310,27 +309,27 @@ class RollPump(Model):
             "velocity": 0.0,
         }
 
-    def draw(self, rng: np.random.Generator) -> dict[str, Any]:
+    def draw(self, rng):
         return self.draw_with(rng, {})
 
-    def place(self, arc_length: float, velocity: float) -> None:
+    def place(self, arc_length, velocity):
         self.y, self.added = np.array([arc_length, velocity]), 0.0
 
     @property
-    def angle(self) -> float:
+    def angle(self):
         """From the bottom [rad]."""
         return float(self.p.curvature * self.y[0])
 
     @property
-    def rate(self) -> float:
+    def rate(self):
         return float(abs(self.p.curvature * self.y[1]))
 
-    def features(self) -> Array:
+    def features(self):
         speed = self.y[1] * math.sqrt(self.p.curvature / self.p.g)
         added = self.added / self.s.beta_change
         return np.array([limited(self.angle, math.pi), limited(speed, 5.0), added])
 
-    def move(self, action: Array) -> Judged:
+    def move(self, action):
         before, self.added = self.added, 0.5 * self.s.beta_change * (1.0 + float(action[0]))
         ratio = 1.0 + self.p.beta + self.added
         self.y[1] *= (1.0 + self.p.beta + before) / ratio
@@ -347,7 +346,7 @@ class RollPump(Model):
         terms = {"shortfall": float(np.clip(shortfall, -1.0, 0.0)), "over": float(over)}
         return Judged(terms, self.s.dt, over, over)
 
-    def reduced(self) -> Array:
+    def reduced(self):
         low, top = 1.0 + self.p.beta, math.sin(0.5 * self.s.rim)
         x = math.sin(0.5 * self.angle) / top
         momentum = (low + self.added) * self.y[1]
@@ -358,5 +357,5 @@ class RollPump(Model):
         size = limited(-math.log(least), 10.0)
         return np.array([cos, sin, limited(4.0 * sin, 1.0), min(energy, 4.0), size])
 
-    def turn(self, action: Array) -> Array:
+    def turn(self, action):
         return action

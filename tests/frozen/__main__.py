@@ -13,7 +13,7 @@ from rigid_envs.testing import fingerprint
 FILE = Path(__file__).parents[1] / "data" / "frozen.json"
 
 
-def _frames(env_id: str) -> tuple[str, ...]:
+def _frames(env_id):
     return ("world",) if task_of(env_id).reduction is None else ("world", "reduced")
 
 
@@ -21,12 +21,12 @@ CASES = [(env_id, frame) for env_id in ENVIRONMENTS for frame in _frames(env_id)
 """Every id in every frame that it has."""
 
 
-def computed(env_id: str, frame: str) -> str:
+def computed(env_id, frame):
     """Hash of what an id does now; "world" is the default."""
     return fingerprint(env_id, **({} if frame == "world" else {"frame": frame}))
 
 
-def stored() -> dict[str, dict[str, str]]:
+def stored():
     """Hashes by id and frame, as they were when each was published."""
     return json.loads(FILE.read_text(encoding="utf-8")) if FILE.is_file() else {}
 

@@ -25,12 +25,12 @@ ROWS = 67  # a full block and the scalar remainder of a second one
 STEPS = 200  # 13 400 of a row; fma without hardware takes 100 ns
 
 
-def hashes_of(env_id: str) -> list[str]:
+def hashes_of(env_id):
     """Hash of all that steps return and of all states: plain, and with everything switched on."""
     return [_hash_of(env_id, {}), _hash_of(env_id, ending(env_id) | noisy(env_id))]
 
 
-def _hash_of(env_id: str, config: dict[str, object]) -> str:
+def _hash_of(env_id, config):
     """Episodes have 60 steps at most, so that many of them begin and end."""
     envs = vector(env_id, ROWS, autoreset_mode="SameStep", max_episode_steps=60, **config)
     digest = hashlib.sha256()
@@ -43,7 +43,7 @@ def _hash_of(env_id: str, config: dict[str, object]) -> str:
     return digest.hexdigest()
 
 
-def hash_of_networks() -> str:
+def hash_of_networks():
     """Hash of the outputs of a network with each activation, and of relative rotations.
 
     Its layers have widths that fill no vector, and inputs as large as activations saturate at.
@@ -61,19 +61,19 @@ def hash_of_networks() -> str:
     return digest.hexdigest() + hashlib.sha256(more.tobytes()).hexdigest()
 
 
-def foreign_symbols(folder: Path) -> set[str]:
+def foreign_symbols(folder):
     """Functions of neither Python nor Numba that the kernels kept in a cache folder call.
 
     Each file holds the machine code of a kernel as an ELF object, as the linker takes it.
     """
-    names: set[str] = set()
+    names = set()
     for path in folder.rglob("*.nbc"):
         image = path.read_bytes()
         names |= _undefined(image[image.index(b"\x7fELF") :])
     return {name for name in names if not name.startswith(RUNTIME)}
 
 
-def _undefined(elf: bytes) -> set[str]:
+def _undefined(elf):
     """Undefined symbols of a 64-bit little-endian ELF object (System V ABI, chapter 4)."""
     (start,) = struct.unpack_from("<Q", elf, 0x28)
     size, count = struct.unpack_from("<HH", elf, 0x3A)

@@ -10,10 +10,9 @@ import sys
 import tempfile
 from collections import Counter
 from pathlib import Path
-from typing import Any
 
 from tests.loading.payloads import changed, harmful
-from tests.loading.readers import READERS, Reader
+from tests.loading.readers import READERS
 
 # "compile" is not among them: NumPy parses the header of an array by `ast.literal_eval`
 _FORBIDDEN = (
@@ -29,11 +28,11 @@ _WRITING = os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC | os.O_APPEND
 class Audit:
     """Hook that keeps forbidden events while it is `armed`."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.armed = False
-        self.found: Counter[str] = Counter()
+        self.found = Counter()
 
-    def __call__(self, event: str, arguments: tuple[Any, ...]) -> None:
+    def __call__(self, event, arguments):
         """Note a forbidden event."""
         if not self.armed:
             return
@@ -43,14 +42,14 @@ class Audit:
             self.found[f"{event} {str(arguments)[:200]}"] += 1
 
 
-def main(n: int) -> None:
+def main(n):
     """Read the files of all kinds, n changed ones of each, and print what was found, as JSON."""
     audit = Audit()
     sys.addaudithook(audit)
     print(json.dumps({kind: _audited(reader, n, audit) for kind, reader in READERS.items()}))
 
 
-def _audited(reader: Reader, n: int, audit: Audit) -> dict[str, Any]:
+def _audited(reader, n, audit):
     """What reading did, how many files were read, and how the others were refused."""
     ends = Counter[str]()
     with tempfile.TemporaryDirectory() as name:
@@ -66,7 +65,7 @@ def _audited(reader: Reader, n: int, audit: Audit) -> dict[str, Any]:
         return {"found": dict(audit.found), "ran": mark.exists(), "ends": ends}
 
 
-def _read(reader: Reader, folder: Path, data: bytes, audit: Audit) -> str:
+def _read(reader, folder, data, audit):
     """Read a file with this content; the name of the error, "read" without."""
     (folder / reader.name).write_bytes(data)
     try:

@@ -10,9 +10,7 @@ import resource
 import tempfile
 import time
 import zipfile
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +20,7 @@ _DEEP = 100_000
 _HUGE = 2**31
 
 
-def _header(shape: tuple[int, ...]) -> bytes:
+def _header(shape):
     """Begin of an array of float64 of some shape."""
     buffer = io.BytesIO()
     described = {"descr": "<f8", "fortran_order": False, "shape": shape}
@@ -30,7 +28,7 @@ def _header(shape: tuple[int, ...]) -> bytes:
     return buffer.getvalue()
 
 
-def _zipped(kind: int, *members: tuple[str, bytes]) -> bytes:
+def _zipped(kind, *members):
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w", kind) as archive:
         for name, data in members:
@@ -38,7 +36,7 @@ def _zipped(kind: int, *members: tuple[str, bytes]) -> bytes:
     return buffer.getvalue()
 
 
-def _zeros(kind: int, shape: tuple[int, ...] = (2**26,)) -> bytes:
+def _zeros(kind, shape=(2**26,)):
     """An archive whose one array is half a gigabyte of zeros, written by the megabyte."""
     buffer = io.BytesIO()
     with (
@@ -51,7 +49,7 @@ def _zeros(kind: int, shape: tuple[int, ...] = (2**26,)) -> bytes:
     return buffer.getvalue()
 
 
-def _understated(kind: int) -> bytes:
+def _understated(kind):
     """The same, of which the list of its members says that it unpacks into 200 bytes."""
     data = bytearray(_zeros(kind, (9,)))
     place = data.index(b"PK\x01\x02") + 24
@@ -59,17 +57,17 @@ def _understated(kind: int) -> bytes:
     return bytes(data)
 
 
-def _many(n: int = _DEEP) -> bytes:
+def _many(n=_DEEP):
     """An archive with very many members."""
     content = _header((0,))
     return _zipped(zipfile.ZIP_STORED, *((f"{k}.npy", content) for k in range(n)))
 
 
-def _tensors(header: bytes) -> bytes:
+def _tensors(header):
     return len(header).to_bytes(8, "little") + header
 
 
-BOMBS: dict[str, Callable[[], bytes]] = {
+BOMBS = {
     "zip, zeros": lambda: _zeros(zipfile.ZIP_DEFLATED),
     "zip, zeros, LZMA": lambda: _zeros(zipfile.ZIP_LZMA),
     "zip, zeros behind an array": lambda: _zeros(zipfile.ZIP_DEFLATED, (9,)),
@@ -114,9 +112,9 @@ BOMBS: dict[str, Callable[[], bytes]] = {
 }
 
 
-def main() -> None:
+def main():
     """Read every bomb as every kind of file, and print what that took."""
-    taken: dict[str, Any] = {}
+    taken = {}
     bombs = {name: make() for name, make in BOMBS.items()}
     for kind, reader in READERS.items():
         with tempfile.TemporaryDirectory() as folder:
@@ -136,6 +134,6 @@ def main() -> None:
     print(json.dumps(taken))
 
 
-def _peak() -> float:
+def _peak():
     """Largest size of this process so far [MiB]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0

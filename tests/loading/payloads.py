@@ -6,9 +6,6 @@ import io
 import os
 import pickle
 import zipfile
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import torch
@@ -17,14 +14,14 @@ import torch
 class _Runs:
     """Its pickle calls a function where it is loaded."""
 
-    def __init__(self, mark: Path) -> None:
+    def __init__(self, mark):
         self._mark = mark
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __reduce__(self):
         return os.system, (f"touch {self._mark}",)
 
 
-def harmful(mark: Path) -> Iterator[bytes]:
+def harmful(mark):
     """Contents; code in one of them that is run makes the file `mark`."""
     runs = _Runs(mark)
     for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
@@ -56,7 +53,7 @@ def harmful(mark: Path) -> Iterator[bytes]:
     yield f"#!/usr/bin/env python3\nimport os\n{call}\n".encode()
 
 
-def changed(good: bytes, n: int, seed: int) -> Iterator[bytes]:
+def changed(good, n, seed):
     """n versions of a file: bytes changed, cut off, put in, repeated."""
     rng = np.random.default_rng(seed)
     for k in range(n):

@@ -39,11 +39,11 @@ class Reader(NamedTuple):
     read: Callable[[Path], Any]
 
 
-def _copy_of(file: Path) -> Callable[[Path], Any]:
+def _copy_of(file):
     return lambda path: path.write_bytes(file.read_bytes())
 
 
-def _replay(path: Path) -> None:
+def _replay(path):
     env = RecordReplay(gym.make(ID), path)
     env.reset(seed=0)
     for _ in range(3):
@@ -51,7 +51,7 @@ def _replay(path: Path) -> None:
     env.close()
 
 
-def _checkpoint(path: Path) -> None:
+def _checkpoint(path):
     save_newest(path.parent, 1, {"weights": np.arange(6.0)}, {"age": 1})
 
 

@@ -11,9 +11,7 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -31,7 +29,7 @@ from rigid_envs.watch.replays.replay import load_replay
 from tests.loading.readers import ID, READERS
 
 CODE = "trap:Code"
-NAMED: dict[str, dict[str, Any]] = {
+NAMED = {
     "task": {"settings": {"task": CODE}},
     "module": {"env_id": f"trap:{ID}"},
     "wrappers": {"settings": {"wrappers": [CODE]}},
@@ -39,7 +37,7 @@ NAMED: dict[str, dict[str, Any]] = {
 """What the files say: a task, a module in front of the id, a wrapper."""
 
 
-def write_files(folder: Path, settings: Any = None, env_id: str = ID) -> None:
+def write_files(folder, settings=None, env_id=ID):
     """A file of every kind that says which environment it is of."""
     settings = settings or {}
     document, arrays = read_policy(FOLDER / "Detumble-v0.safetensors")
@@ -71,12 +69,12 @@ def write_files(folder: Path, settings: Any = None, env_id: str = ID) -> None:
     (published / "Detumble-v0.json").write_text(json.dumps(sealed(record)))
 
 
-def _play(file: str) -> None:
+def _play(file):
     policy = rigid_envs.load(file)
     evaluate(policy.env_id, policy, n=2)
 
 
-ENTRIES: dict[str, Callable[[], Any]] = {
+ENTRIES = {
     "train --config": lambda: agents(["train", "--config", "config.yaml", "--quiet"]),
     "train --resume": lambda: agents(["train", "--resume", "run", "--quiet"]),
     "evaluate POLICY": lambda: agents(["evaluate", "policy.safetensors", "--episodes", "2"]),
@@ -106,11 +104,11 @@ ENTRIES: dict[str, Callable[[], Any]] = {
 class Trap:
     """Hook that notes what touches the module: a look for it, its file, its code."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         self.folder = folder
-        self.found: set[str] = set()
+        self.found = set()
 
-    def __call__(self, event: str, arguments: tuple[Any, ...]) -> None:
+    def __call__(self, event, arguments):
         """Note an event."""
         shown = (
             str(arguments[0].co_filename if event == "exec" else arguments[0]) if arguments else ""
@@ -121,7 +119,7 @@ class Trap:
             self.found.add(f"{event} {shown}")
 
 
-def main() -> None:
+def main():
     """Give the files to all entries."""
     with tempfile.TemporaryDirectory() as name:
         root = Path(name)
@@ -143,7 +141,7 @@ def main() -> None:
     print(json.dumps(told))
 
 
-def _touched(read: Callable[[], Any], hook: Trap) -> dict[str, Any]:
+def _touched(read, hook):
     """What reading touched of the trap, and how it ended."""
     hook.found.clear()
     sys.modules.pop("trap", None)

@@ -10,13 +10,12 @@ import argparse
 import random
 import sys
 from collections import Counter
-from collections.abc import Sequence
 from typing import NamedTuple
 
-from tests.mutations.known import EQUIVALENTS, Equivalent
-from tests.mutations.mutants import Mutant, mutants_of
+from tests.mutations.known import EQUIVALENTS
+from tests.mutations.mutants import mutants_of
 from tests.mutations.process import shared_among
-from tests.mutations.trials import PackageCopy, Trial
+from tests.mutations.trials import PackageCopy
 
 
 class Source(NamedTuple):
@@ -50,7 +49,7 @@ SOURCES = {
 }
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv=None):
     """Check the laws against mutants and print the results."""
     options = _options(argv)
     copies = [PackageCopy() for _ in range(options.jobs)]
@@ -77,13 +76,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 1 if mistaken or left else 0
 
 
-def survivors(trials: Sequence[Trial]) -> list[Trial]:
+def survivors(trials):
     """Trials that no law has noticed and that are not known to be equivalent."""
     known = {(e.source, e.key) for e in EQUIVALENTS}
     return [t for t in trials if not t.law and (t.source, t.mutant.key) not in known]
 
 
-def _show(trials: Sequence[Trial], left: Sequence[Trial]) -> None:
+def _show(trials, left):
     """Print how many mutants each law was the first to notice, and those that none has."""
     first = Counter(t.law for t in trials if t.law and not t.is_void)
     void = sum(t.is_void for t in trials)
@@ -98,7 +97,7 @@ def _show(trials: Sequence[Trial], left: Sequence[Trial]) -> None:
         print(f"- {place} `{each.mutant.term}` in `{each.mutant.text}`")
 
 
-def _options(argv: Sequence[str] | None) -> argparse.Namespace:
+def _options(argv):
     parser = argparse.ArgumentParser("tests.mutations", allow_abbrev=False)
     parser.add_argument(
         "--subjects",
@@ -114,7 +113,7 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     return parser.parse_args(argv)
 
 
-def _refuse_broken_laws(copy: PackageCopy, names: Sequence[str]) -> None:
+def _refuse_broken_laws(copy, names):
     """Stop if a law fails without any mutant."""
     subjects = dict.fromkeys(s for name in names for s in SOURCES[name].subjects)
     law, error = copy.first_broken(tuple(subjects))
@@ -122,8 +121,8 @@ def _refuse_broken_laws(copy: PackageCopy, names: Sequence[str]) -> None:
         raise SystemExit(f"a law fails without any mutant: {law} ({error})")
 
 
-def _try_all(chosen: list[tuple[str, Mutant]], copies: list[PackageCopy]) -> list[Trial]:
-    def one(copy: PackageCopy, each: tuple[str, Mutant]) -> Trial:
+def _try_all(chosen, copies):
+    def one(copy, each):
         name, mutant = each
         trial = copy.mutated(name, mutant, SOURCES[name].subjects)
         verdict = f"{trial.law} ({trial.error})" if trial.law else "SURVIVED"
@@ -135,9 +134,7 @@ def _try_all(chosen: list[tuple[str, Mutant]], copies: list[PackageCopy]) -> lis
     return list(shared_among(copies, chosen, one))
 
 
-def _mistaken(
-    every: list[tuple[str, Mutant]], trials: list[Trial], names: Sequence[str]
-) -> list[tuple[Equivalent, str]]:
+def _mistaken(every, trials, names):
     """Equivalents that are no longer in the source, or that a law has noticed."""
     there = {(name, mutant.key) for name, mutant in every}
     noticed = {(t.source, t.mutant.key): t.law for t in trials if t.law}

@@ -10,10 +10,9 @@ import argparse
 import shutil
 import sys
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
 
-from tests.mutations.known import BUGS, Bug
+from tests.mutations.known import BUGS
 from tests.mutations.process import run_copy, shared_among
 
 ROOT = Path(__file__).parents[2]
@@ -25,7 +24,7 @@ _PASSED, _FAILED = 0, 1  # statuses of pytest
 class Checkout:
     """A copy of the checkout, or of a part of it, in a temporary folder."""
 
-    def __init__(self, root: Path = ROOT, parts: Sequence[str] = COPIED) -> None:
+    def __init__(self, root=ROOT, parts=COPIED):
         self.folder = Path(tempfile.mkdtemp(prefix="bugs-"))
         for name in parts:
             if (root / name).is_dir():
@@ -34,11 +33,11 @@ class Checkout:
             else:
                 shutil.copy(root / name, self.folder / name)
 
-    def close(self) -> None:
+    def close(self):
         """Remove it."""
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def trial(self, bug: Bug) -> str:
+    def trial(self, bug):
         """The test that notices a bug; empty if all pass."""
         path = self.folder / bug.file
         source = path.read_text(encoding="utf-8")
@@ -48,7 +47,7 @@ class Checkout:
         finally:
             path.write_text(source, encoding="utf-8")
 
-    def _failing(self, tests: Sequence[str]) -> str:
+    def _failing(self, tests):
         """The first test that fails; empty if none does."""
         # one that is named is meant, long or not
         marked = ["-m", "long or not long"] if all("::" in test for test in tests) else []
@@ -64,7 +63,7 @@ class Checkout:
         return named[0].split(" - ")[0].rpartition("::")[2].partition("[")[0]
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv=None):
     """Plant the bugs, run the tests, and print the table."""
     parser = argparse.ArgumentParser("tests.mutations.application", allow_abbrev=False)
     parser.add_argument("--only", metavar="WORD", default="", help="those with it in file or words")
@@ -82,15 +81,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 1 if wrong else 0
 
 
-def _verdict(bug: Bug, test: str) -> str:
+def _verdict(bug, test):
     survived = f"nothing: {bug.why}" if bug.why else "NOTHING"
     return test or survived
 
 
-def _try_all(chosen: Sequence[Bug], jobs: int) -> list[str]:
+def _try_all(chosen, jobs):
     copies = [Checkout() for _ in range(jobs)]
 
-    def one(copy: Checkout, bug: Bug) -> str:
+    def one(copy, bug):
         test = copy.trial(bug)
         print(f"{bug.what}: {_verdict(bug, test)}", file=sys.stderr, flush=True)
         return test

@@ -2,7 +2,7 @@
 
 import tomllib
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 
 class Bug(NamedTuple):
@@ -15,7 +15,7 @@ class Bug(NamedTuple):
     tests: tuple[str, ...]
     why: str = ""
 
-    def planted(self, source: str) -> str:
+    def planted(self, source):
         """A source with this bug.
 
         Raises:
@@ -37,7 +37,7 @@ class Equivalent(NamedTuple):
     reason: str
 
     @property
-    def key(self) -> tuple[str, str, str, int]:
+    def key(self):
         """Identifies the mutant in its file, as `Mutant.key`."""
         return self.function, self.text, self.term, self.nth
 
@@ -52,12 +52,12 @@ class LibraryEquivalent(NamedTuple):
     why: str
 
     @property
-    def key(self) -> tuple[str, str, str, str]:
+    def key(self):
         """Identifies the change, as `Change.key`."""
         return self[:4]
 
 
-def _read(name: str, table: str) -> list[dict[str, Any]]:
+def _read(name, table):
     entries = tomllib.loads((Path(__file__).parent / name).read_text(encoding="utf-8"))[table]
     return [entry | {"tests": tuple(entry["tests"])} if "tests" in entry else entry
             for entry in entries]  # fmt: skip

@@ -11,10 +11,9 @@ fails: seconds each. Prints a table; the status is 1 if a bug survives that is n
 import argparse
 import json
 import sys
-from collections.abc import Sequence
 from math import inf
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from tests.mutations.application import ROOT, Checkout
 from tests.mutations.known import LIBRARY_EQUIVALENTS
@@ -44,16 +43,16 @@ class Trial(NamedTuple):
 class LibraryCopy(Checkout):
     """A copy of the checkout, and a process in it that is ready to run tests."""
 
-    def __init__(self, root: Path = ROOT) -> None:
+    def __init__(self, root=ROOT):
         super().__init__(root)
         self.python = WarmPython(self.folder)
 
-    def close(self) -> None:
+    def close(self):
         """End the process and remove the copy."""
         self.python.close()
         super().close()
 
-    def noticed(self, change: Change, reach: Reach, budget: float = inf) -> Trial:
+    def noticed(self, change, reach, budget=inf):
         """Plant a bug, run the tests that reach it, and restore the source.
 
         Args:
@@ -71,7 +70,7 @@ class LibraryCopy(Checkout):
         finally:
             path.write_text(source, encoding="utf-8")
 
-    def _failing_of(self, tests: Sequence[str], reach: Reach) -> str:
+    def _failing_of(self, tests, reach):
         """The first of the tests that fails; empty if none does."""
         if not tests:
             return ""
@@ -87,7 +86,7 @@ class LibraryCopy(Checkout):
         return found.failed[0].rpartition("::")[2].partition("[")[0] if found.failed else ""
 
 
-def all_changes(room: str) -> list[Change]:
+def all_changes(room):
     """Every bug that can be planted in a room."""
     return [
         change
@@ -98,7 +97,7 @@ def all_changes(room: str) -> list[Change]:
     ]
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv=None):
     """Plant the bugs, run the tests, and print the table."""
     options = _options(argv)
     chosen = _chosen(options)
@@ -128,7 +127,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return 1 if wrong else 0
 
 
-def _options(argv: Sequence[str] | None) -> argparse.Namespace:
+def _options(argv):
     parser = argparse.ArgumentParser("tests.mutations.library", allow_abbrev=False)
     parser.add_argument("--sample", type=int, default=320, help="so many bugs, in equal shares")
     parser.add_argument("--seed", type=int, default=0, help="of the sample")
@@ -142,7 +141,7 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     return parser.parse_args(argv)
 
 
-def _chosen(options: argparse.Namespace) -> dict[str, list[Change]]:
+def _chosen(options):
     """The sample of each room; rooms without any are left out."""
     shares = {
         room: options.sample // len(ROOMS) + (k < options.sample % len(ROOMS))
@@ -159,7 +158,7 @@ def _chosen(options: argparse.Namespace) -> dict[str, list[Change]]:
     return {room: changes for room, changes in chosen.items() if changes}
 
 
-def _known(file: Path | None, again: bool) -> dict[tuple[str, ...], dict[str, Any]]:
+def _known(file, again):
     """Trials that stand in a file, by the key of their bug; without survivors if again."""
     if file is None or not file.exists():
         return {}
@@ -167,20 +166,14 @@ def _known(file: Path | None, again: bool) -> dict[tuple[str, ...], dict[str, An
     return {tuple(row[k] for k in _KEY): row for row in rows if row["test"] or not again}
 
 
-def _try_all(
-    room: str,
-    changes: Sequence[Change],
-    known: dict[tuple[str, ...], dict[str, Any]],
-    copies: Sequence[LibraryCopy],
-    options: argparse.Namespace,
-) -> list[Trial]:
+def _try_all(room, changes, known, copies, options):
     """Trials of a room; each is written to the file as it is done."""
     done = {c.key: Trial(c, known[c.key]["test"], known[c.key]["reached"])
             for c in changes if c.key in known}  # fmt: skip
     left = [change for change in changes if change.key not in done]
     reach = Reach(ROOT, ROOMS[room].tests, copies[0].python) if left else None
 
-    def one(copy: LibraryCopy, change: Change) -> Trial:
+    def one(copy, change):
         trial = copy.noticed(change, reach, options.seconds)
         said = trial.test or "SURVIVED"
         print(f"{_place(change)} {change.what}: {said}", file=sys.stderr, flush=True)
@@ -195,16 +188,16 @@ def _try_all(
     return [done[change.key] for change in changes]
 
 
-def _row(trial: Trial) -> dict[str, Any]:
+def _row(trial):
     values = dict(zip(_KEY, trial.change.key, strict=True))
     return {**values, "line": trial.change.line, "test": trial.test, "reached": trial.reached}
 
 
-def _place(change: Change) -> str:
+def _place(change):
     return f"{change.file}:{change.line}"
 
 
-def _verdict(trial: Trial, argued: dict[tuple[str, str, str, str], str]) -> str:
+def _verdict(trial, argued):
     if trial.test:
         return trial.test
     if trial.change.key in argued:

@@ -8,7 +8,6 @@ names that the source shows to be tuples are left out, and what is left of them 
 
 import ast
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 _MINUS = (ast.Add, ast.Sub)
@@ -36,17 +35,17 @@ class Mutant:
     span: tuple[int, int]
 
     @property
-    def key(self) -> tuple[str, str, str, int]:
+    def key(self):
         """Identifies the mutant as long as its line is not edited."""
         return self.function, self.text, self.term, self.nth
 
-    def planted(self, source: str) -> str:
+    def planted(self, source):
         """The source with this one sign wrong."""
         begin, end = self.span
         return f"{source[:begin]}(-({source[begin:end]})){source[end:]}"
 
 
-def mutants_of(source: str, leave_out: frozenset[str] = frozenset()) -> list[Mutant]:
+def mutants_of(source, leave_out=frozenset()):
     """All mutants of a file, in the order of its lines.
 
     Functions that are compiled as a whole (`kernel`) only loop over rows and are left out.
@@ -54,13 +53,13 @@ def mutants_of(source: str, leave_out: frozenset[str] = frozenset()) -> list[Mut
     starts = [0]
     for line in source.splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
-    found: list[Mutant] = []
+    found = []
     for name, nodes in _places(ast.parse(source)):
         if name in leave_out:
             continue
         for node in nodes:
             begin = starts[node.lineno - 1] + node.col_offset
-            end = starts[node.end_lineno - 1] + node.end_col_offset  # type: ignore[operator]
+            end = starts[node.end_lineno - 1] + node.end_col_offset
             text = source[starts[node.lineno - 1] : starts[node.lineno]].strip()
             term = re.sub(r"\s+", " ", source[begin:end])
             nth = sum(m.key[:3] == (name, text, term) and m.line == node.lineno for m in found)
@@ -68,7 +67,7 @@ def mutants_of(source: str, leave_out: frozenset[str] = frozenset()) -> list[Mut
     return sorted(found, key=lambda mutant: mutant.span)
 
 
-def _places(tree: ast.Module) -> Iterator[tuple[str, list[ast.expr]]]:
+def _places(tree):
     """Terms of each function, and of the module itself."""
     for node in tree.body:
         if isinstance(node, ast.FunctionDef):
@@ -78,7 +77,7 @@ def _places(tree: ast.Module) -> Iterator[tuple[str, list[ast.expr]]]:
             yield "module", list(_terms(node.value, True))
 
 
-def _compiled(node: ast.FunctionDef) -> list[ast.FunctionDef]:
+def _compiled(node):
     """The function itself, or those that are compiled in the place of another."""
     names = {d.func.id if isinstance(d, ast.Call) else d.id for d in node.decorator_list}
     if "overload" in names:
@@ -86,7 +85,7 @@ def _compiled(node: ast.FunctionDef) -> list[ast.FunctionDef]:
     return [node] if names & {"scalar", "phase", "routine"} else []
 
 
-def _is_arithmetic(value: ast.expr) -> bool:
+def _is_arithmetic(value):
     """Whether numbers are computed, not tuples, types or texts put together."""
     inside = (ast.Constant, ast.Name, ast.BinOp, ast.operator, ast.Tuple, ast.expr_context)
     joined = (n for n in ast.walk(value) if isinstance(n, ast.BinOp))
@@ -100,11 +99,11 @@ def _is_arithmetic(value: ast.expr) -> bool:
     )
 
 
-def _is_name(node: ast.expr, name: str) -> bool:
+def _is_name(node, name):
     return isinstance(node, ast.Name) and node.id == name
 
 
-def _of_function(function: ast.FunctionDef) -> Iterator[ast.expr]:
+def _of_function(function):
     tuples = _tuples(function)
     for node in ast.walk(function):
         if isinstance(node, ast.Return) and node.value is not None:
@@ -120,7 +119,7 @@ def _of_function(function: ast.FunctionDef) -> Iterator[ast.expr]:
                 yield term
 
 
-def _tuples(function: ast.FunctionDef) -> set[str]:
+def _tuples(function):
     """Names that are tuples: annotated as such, assigned one, indexed or unpacked."""
     names = {
         argument.arg
@@ -138,7 +137,7 @@ def _tuples(function: ast.FunctionDef) -> set[str]:
     return names
 
 
-def _terms(node: ast.expr, whole: bool) -> Iterator[ast.expr]:
+def _terms(node, whole):
     """Terms in an expression; `whole` says whether it is one itself."""
     if isinstance(node, ast.Tuple):
         for entry in node.elts:
@@ -154,17 +153,17 @@ def _terms(node: ast.expr, whole: bool) -> Iterator[ast.expr]:
         yield from _within(node)
 
 
-def _has_no_sign(node: ast.expr) -> bool:
+def _has_no_sign(node):
     """Whether it is zero, or true or false."""
     either = isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitOr | ast.BitAnd)
     return _is_zero(node) or isinstance(node, ast.Compare) or either
 
 
-def _is_zero(node: ast.expr) -> bool:
+def _is_zero(node):
     return isinstance(node, ast.Constant) and node.value == 0.0
 
 
-def _within(node: ast.expr) -> Iterator[ast.expr]:
+def _within(node):
     """Terms inside something that has one sign: a product, a power, a call."""
     if isinstance(node, ast.BinOp) and isinstance(node.op, _TIMES):
         yield from _terms(node.left, False)

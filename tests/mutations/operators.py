@@ -8,14 +8,12 @@ import ast
 import hashlib
 from dataclasses import dataclass, replace
 
-_COMPARED: dict[type[ast.cmpop], type[ast.cmpop]] = {
+_COMPARED = {
     **{ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt},
     **{ast.Eq: ast.NotEq, ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is},
     **{ast.In: ast.NotIn, ast.NotIn: ast.In},
 }
-_REVERSED: dict[type[ast.operator], type[ast.operator]] = {
-    **{ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
-}
+_REVERSED = {**{ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}}
 _OTHER = {"min": "max", "any": "all", "minimum": "maximum"}
 _OTHER |= {new: old for old, new in _OTHER.items()}
 _TEXTS = (ast.JoinedStr, ast.List, ast.ListComp, ast.Tuple)
@@ -53,29 +51,29 @@ class Change:
     in_body: bool
 
     @property
-    def key(self) -> tuple[str, str, str, str]:
+    def key(self):
         """Identifies the change as long as its line is not edited."""
         return self.file, self.function, self.text, self.what
 
-    def planted(self, source: str) -> str:
+    def planted(self, source):
         """The source with this bug."""
         raw, (begin, end) = source.encode(), self.span
         return (raw[:begin] + self.new.encode() + raw[end:]).decode()
 
 
-def sampled(changes: list[Change], count: int, seed: int) -> list[Change]:
+def sampled(changes, count, seed):
     """Some of the changes, in their order: those of the least hashes.
 
     An edit of the sources leaves the others where they are.
     """
 
-    def draw(change: Change) -> str:
+    def draw(change):
         return hashlib.sha256(repr((seed, change.key)).encode()).hexdigest()
 
     return sorted(sorted(changes, key=draw)[:count], key=changes.index)
 
 
-def changes_of(source: str, file: str) -> list[Change]:
+def changes_of(source, file):
     """All changes of a source file, in the order of its lines.
 
     Args:
@@ -87,7 +85,7 @@ def changes_of(source: str, file: str) -> list[Change]:
     return sorted(found.changes, key=lambda change: (change.span, change.what))
 
 
-def _literal(node: ast.AST) -> float | int | None:
+def _literal(node):
     """The number that is written there, also with a minus; None for anything else."""
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
         number = _literal(node.operand)
@@ -97,13 +95,13 @@ def _literal(node: ast.AST) -> float | int | None:
     return None
 
 
-def _is_text(node: ast.AST) -> bool:
+def _is_text(node):
     return isinstance(node, _TEXTS) or (
         isinstance(node, ast.Constant) and isinstance(node.value, str)
     )
 
 
-def _is_arithmetic(node: ast.AST | None) -> bool:
+def _is_arithmetic(node):
     """Whether it is a sum, product, power or minus of what can be numbers."""
     if isinstance(node, ast.UnaryOp):
         return isinstance(node.op, ast.USub)
@@ -117,20 +115,20 @@ def _is_arithmetic(node: ast.AST | None) -> bool:
 class _Finder(ast.NodeVisitor):
     """Walks through a file and notes every change."""
 
-    def __init__(self, source: str, file: str) -> None:
-        self.changes: list[Change] = []
+    def __init__(self, source, file):
+        self.changes = []
         self._file = file
         self._lines = source.splitlines()
         self._starts = [0]
         for line in source.encode().splitlines(keepends=True):
             self._starts.append(self._starts[-1] + len(line))
-        self._names: list[str] = []
+        self._names = []
         self._depth = 0  # of functions
         self._extent = (0, 0)
 
     # places
 
-    def visit(self, node: ast.AST) -> None:
+    def visit(self, node):
         """Keep the extent of the statement, and go on."""
         if isinstance(node, _SKIPPED):
             return
@@ -142,7 +140,7 @@ class _Finder(ast.NodeVisitor):
         super().visit(node)
         self._extent = before
 
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> None:
+    def visit_FunctionDef(self, node):
         """Its defaults and its body; no annotation and no decorator."""
         for default in [*node.args.defaults, *node.args.kw_defaults]:
             if default is not None:
@@ -150,11 +148,11 @@ class _Finder(ast.NodeVisitor):
         if node.name not in _LAYOUT:
             self._inside(node.name, node.body, 1)
 
-    def visit_ClassDef(self, node: ast.ClassDef) -> None:
+    def visit_ClassDef(self, node):
         """Its body."""
         self._inside(node.name, node.body, 0)
 
-    def _inside(self, name: str, body: list[ast.stmt], depth: int) -> None:
+    def _inside(self, name, body, depth):
         self._names.append(name)
         self._depth += depth
         for statement in body:
@@ -162,32 +160,32 @@ class _Finder(ast.NodeVisitor):
         self._depth -= depth
         self._names.pop()
 
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
+    def visit_AnnAssign(self, node):
         """Its value, not its type."""
         if node.value is not None:
             self.visit(node.value)
 
     # changes
 
-    def visit_If(self, node: ast.If) -> None:
+    def visit_If(self, node):
         """`if c` never, and always where that does more than to raise an error."""
         if ast.unparse(node.test) in ("TYPE_CHECKING", "__name__ == '__main__'"):
             return
         self._condition(node.test, only_raises=all(isinstance(s, ast.Raise) for s in node.body))
         self.generic_visit(node)
 
-    def visit_IfExp(self, node: ast.IfExp) -> None:
+    def visit_IfExp(self, node):
         """`a if c else b` is a, or b."""
         self._condition(node.test)
         self.generic_visit(node)
 
-    def _condition(self, test: ast.expr, only_raises: bool = False) -> None:
+    def _condition(self, test, only_raises=False):
         if not isinstance(test, ast.Constant):
             self._note(test, "False", f"if {ast.unparse(test)}", "if False")
             if not only_raises:
                 self._note(test, "True", f"if {ast.unparse(test)}", "if True")
 
-    def visit_Compare(self, node: ast.Compare) -> None:
+    def visit_Compare(self, node):
         """Another comparison."""
         for k, op in enumerate(node.ops):
             ops = [*node.ops]
@@ -195,27 +193,27 @@ class _Finder(ast.NodeVisitor):
             self._put(node, ast.Compare(node.left, ops, node.comparators))
         self.generic_visit(node)
 
-    def visit_BinOp(self, node: ast.BinOp) -> None:
+    def visit_BinOp(self, node):
         """The reverse operation."""
         if type(node.op) in _REVERSED and _is_arithmetic(node):
             self._put(node, ast.BinOp(node.left, _REVERSED[type(node.op)](), node.right))
         self.generic_visit(node)
 
-    def visit_AugAssign(self, node: ast.AugAssign) -> None:
+    def visit_AugAssign(self, node):
         """The reverse operation."""
         if type(node.op) in _REVERSED and not _is_text(node.value):
             other = ast.AugAssign(node.target, _REVERSED[type(node.op)](), node.value)
             self._note(node, ast.unparse(other))
         self.generic_visit(node)
 
-    def visit_BoolOp(self, node: ast.BoolOp) -> None:
+    def visit_BoolOp(self, node):
         """`and` is `or`."""
         self._put(
             node, ast.BoolOp(ast.Or() if isinstance(node.op, ast.And) else ast.And(), node.values)
         )
         self.generic_visit(node)
 
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> None:
+    def visit_UnaryOp(self, node):
         """No `not`; a negative number is a number."""
         if isinstance(node.op, ast.Not):
             self._put(node, node.operand)
@@ -224,18 +222,18 @@ class _Finder(ast.NodeVisitor):
         else:
             self._number(node)
 
-    def visit_Constant(self, node: ast.Constant) -> None:
+    def visit_Constant(self, node):
         """Another number."""
         if _literal(node) is not None:
             self._number(node)
 
-    def _number(self, node: ast.expr) -> None:
+    def _number(self, node):
         number = _literal(node)
         assert number is not None
         more = number + 1 if isinstance(number, int) else 2.0 * number or 1.0
         self._note(node, f"({more!r})", shown=repr(more))
 
-    def visit_Call(self, node: ast.Call) -> None:
+    def visit_Call(self, node):
         """The other end of an order, or of a quantifier."""
         name = node.func
         if isinstance(name, ast.Name) and name.id in _LOOKS:
@@ -250,24 +248,24 @@ class _Finder(ast.NodeVisitor):
         else:
             self.generic_visit(node)
 
-    def visit_Expr(self, node: ast.Expr) -> None:
+    def visit_Expr(self, node):
         """A call for its effect is left out."""
         if isinstance(node.value, ast.Call):
             self._note(node, "pass")
         self.generic_visit(node)
 
-    def visit_Return(self, node: ast.Return) -> None:
+    def visit_Return(self, node):
         """The returned number has the wrong sign."""
         if node.value is not None and _literal(node.value) is None and _is_arithmetic(node.value):
             negative = ast.unparse(ast.UnaryOp(ast.USub(), node.value))
             self._note(node, f"return {negative}")
         self.generic_visit(node)
 
-    def _put(self, node: ast.expr, other: ast.expr) -> None:
+    def _put(self, node, other):
         """Note an expression in the place of another."""
         self._note(node, f"({ast.unparse(other)})", shown=ast.unparse(other))
 
-    def _note(self, node: ast.expr | ast.stmt, new: str, old: str = "", shown: str = "") -> None:
+    def _note(self, node, new, old="", shown=""):
         assert node.end_lineno is not None and node.end_col_offset is not None
         begin = self._starts[node.lineno - 1] + node.col_offset
         end = self._starts[node.end_lineno - 1] + node.end_col_offset
@@ -287,12 +285,12 @@ class _Finder(ast.NodeVisitor):
         self.changes.append(replace(change, what=f"{what} ({equal + 1})") if equal else change)
 
 
-def _last_line(node: ast.stmt) -> int:
+def _last_line(node):
     """The last line of a statement, or of its head if it has a body."""
     body = getattr(node, "body", None)
     return max(node.lineno, body[0].lineno - 1) if body else node.end_lineno or node.lineno
 
 
-def _short(code: str) -> str:
+def _short(code):
     code = " ".join(code.split())
     return code if len(code) <= _WIDEST else f"{code[: _WIDEST - 3]}..."

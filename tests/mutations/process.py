@@ -1,22 +1,13 @@
 """Copies of the project: a Python process in one, and work that is shared among several."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 from queue import SimpleQueue
-from typing import TypeVar
-
-Copy, Item, Result = TypeVar("Copy"), TypeVar("Item"), TypeVar("Result")
 
 
-def run_copy(
-    folder: Path, words: Sequence[str], limit: float, **settings: str
-) -> subprocess.CompletedProcess[str] | None:
+def run_copy(folder, words, limit, **settings):
     """The finished process ``python WORDS`` in a copy of the project; None if time was up.
 
     Args:
@@ -45,15 +36,13 @@ def run_copy(
         return None
 
 
-def shared_among(
-    copies: Sequence[Copy], items: Sequence[Item], work: Callable[[Copy, Item], Result]
-) -> Iterator[Result]:
+def shared_among(copies, items, work):
     """Results of work on items, in their order; each copy works on one item at a time."""
-    free: SimpleQueue[Copy] = SimpleQueue()
+    free = SimpleQueue()
     for copy in copies:
         free.put(copy)
 
-    def one(item: Item) -> Result:
+    def one(item):
         copy = free.get()
         try:
             return work(copy, item)

@@ -7,12 +7,10 @@ import json
 import sys
 import tempfile
 from collections import Counter
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.mutations.operators import Change
-from tests.mutations.warm import Outcome, WarmPython
+from tests.mutations.warm import Outcome
 
 
 class Room(NamedTuple):
@@ -108,13 +106,13 @@ _FOLDER = Path(tempfile.gettempdir()) / "rigid-envs-reach"
 _LIMIT = 1800.0  # [s] for one file; measured lines take up to twice their time
 
 
-def sources(root: Path, room: str) -> list[Path]:
+def sources(root, room):
     """Source files of a room in which bugs are planted."""
     package = root / "rigid_envs"
     return sorted(path for pattern in ROOMS[room].files for path in package.glob(pattern))
 
 
-def words_for(files: Iterable[str]) -> list[str]:
+def words_for(files):
     """Arguments of pytest for test files."""
     files = list(files)
     contracts = any(file.startswith("rigid_envs/testing/") for file in files)
@@ -134,9 +132,9 @@ class Reach:
         python: Process in a copy of the checkout.
     """
 
-    def __init__(self, root: Path, paths: Sequence[str], python: WarmPython) -> None:
-        self.seconds: dict[str, float] = {}
-        self._reached: dict[str, dict[int, set[str]]] = {}
+    def __init__(self, root, paths, python):
+        self.seconds = {}
+        self._reached = {}
         measured = [f"rigid_envs/{p}" for room in ROOMS.values() for p in room.files]
         for path in _test_files(root, paths):
             file = path.relative_to(root).as_posix()
@@ -162,7 +160,7 @@ class Reach:
                         named[t] for t in tests if t in named
                     )
 
-    def tests_of(self, change: Change) -> list[str]:
+    def tests_of(self, change):
         """Tests that reach a change, the quickest first.
 
         What runs at an import belongs to all tests that reach its file, or to all there are if
@@ -171,7 +169,7 @@ class Reach:
         found = self._of(change) & set(self.seconds)
         return self._quickest(found if found or change.in_body else self.seconds)
 
-    def beside(self, change: Change) -> list[str]:
+    def beside(self, change):
         """Other tests of the same files, and of those that reach it while they are collected.
 
         They may use what a first one has left in a cache, or what was made outside of all tests.
@@ -182,7 +180,7 @@ class Reach:
             t for t in self.seconds if t.partition("::")[0] in files and t not in found
         )
 
-    def within(self, budget: float, tests: Iterable[str]) -> list[str]:
+    def within(self, budget, tests):
         """The first of the tests that take no longer in all [s]; one at least."""
         found, total = [], 0.0
         for test in tests:
@@ -192,18 +190,18 @@ class Reach:
             found.append(test)
         return found
 
-    def _of(self, change: Change) -> set[str]:
+    def _of(self, change):
         """Tests, and files of tests, that reach a change."""
         by_line = self._reached.get(change.file, {})
         first, last = change.lines
         lines = [k for k in by_line if not change.in_body or first <= k <= last]
         return set().union(*(by_line[k] for k in lines))
 
-    def _quickest(self, tests: Iterable[str]) -> list[str]:
+    def _quickest(self, tests):
         """The tests in the order of their time, but some cases of each before all others."""
-        first: list[str] = []
-        others: list[str] = []
-        cases: Counter[str] = Counter()
+        first = []
+        others = []
+        cases = Counter()
         for test in sorted(tests, key=lambda test: (self.seconds[test], test)):
             name = test.partition("[")[0]
             cases[name] += 1
@@ -211,7 +209,7 @@ class Reach:
         return first + others
 
 
-def _test_files(root: Path, paths: Sequence[str]) -> list[Path]:
+def _test_files(root, paths):
     """Test files of folders, in order."""
     files = []
     for path in (found for pattern in paths for found in sorted(root.glob(pattern))):
@@ -219,7 +217,7 @@ def _test_files(root: Path, paths: Sequence[str]) -> list[Path]:
     return files
 
 
-def _digest(root: Path, test: Path) -> str:
+def _digest(root, test):
     """Hash of a test file and of the sources that are measured."""
     whole = hashlib.sha256()
     for path in [test, *(file for room in ROOMS for file in sources(root, room))]:

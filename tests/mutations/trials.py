@@ -65,7 +65,7 @@ class Trial:
     error: str
 
     @property
-    def is_void(self) -> bool:
+    def is_void(self):
         """Whether the term is no number, so that the mutant does not compile."""
         return self.error.startswith(("TypeError: bad operand", "TypingError", "LoweringError"))
 
@@ -73,16 +73,16 @@ class Trial:
 class PackageCopy(Checkout):
     """A copy of the package in a temporary folder; the checkout is never changed."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         super().__init__(parts=("rigid_envs",))
         with self._path("engine/rows").open("a", encoding="utf-8") as rows:
             rows.write(_INTERPRETED_ROWS)
 
-    def source(self, name: str) -> str:
+    def source(self, name):
         """Text of a file, named from the package without its suffix."""
         return self._path(name).read_text(encoding="utf-8")
 
-    def first_broken(self, subjects: tuple[str, ...]) -> tuple[str, str]:
+    def first_broken(self, subjects):
         """The first law that fails in the copy as it is, and its error; empty if none does.
 
         A few laws are checked with interpreted kernels, which takes a second; if they hold, all
@@ -94,9 +94,7 @@ class PackageCopy(Checkout):
         quick = self._check(subjects, _QUICK, {"NUMBA_DISABLE_JIT": "1"})
         return quick if quick[0] else self._check(subjects, 1000, {})
 
-    def _check(
-        self, subjects: tuple[str, ...], count: int, settings: dict[str, str]
-    ) -> tuple[str, str]:
+    def _check(self, subjects, count, settings):
         """Check the first laws of subjects in a new process."""
         cache = self.folder / "cache"
         settings |= {
@@ -115,7 +113,7 @@ class PackageCopy(Checkout):
             raise RuntimeError(f"the laws could not be checked: {done.stderr[-2000:]}")
         return self._failed_law(done.stdout)
 
-    def _failed_law(self, said: str) -> tuple[str, str]:
+    def _failed_law(self, said):
         """The law that failed and its error, from the last line of the output."""
         file, broken = json.loads(said.splitlines()[-1])
         if not Path(file).is_relative_to(self.folder):
@@ -125,7 +123,7 @@ class PackageCopy(Checkout):
         subject, name, error, message = broken
         return f"{subject}: {name}", message.splitlines()[0] if message else f"{error:.1e}"
 
-    def mutated(self, name: str, mutant: Mutant, subjects: tuple[str, ...]) -> Trial:
+    def mutated(self, name, mutant, subjects):
         """Put a mutant into the file `name`, check the laws, and restore the file."""
         path, source = self._path(name), self.source(name)
         path.write_text(mutant.planted(source), encoding="utf-8")
@@ -134,5 +132,5 @@ class PackageCopy(Checkout):
         finally:
             path.write_text(source, encoding="utf-8")
 
-    def _path(self, name: str) -> Path:
+    def _path(self, name):
         return self.folder / "rigid_envs" / f"{name}.py"

@@ -14,9 +14,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import pytest
 
@@ -52,7 +51,7 @@ class WarmPython:
         folder: The copy.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder):
         settings = {"PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"}
         self._process = subprocess.Popen(
             [sys.executable, "-m", "tests.mutations.warm"],
@@ -63,13 +62,7 @@ class WarmPython:
             text=True,
         )
 
-    def run(
-        self,
-        words: Sequence[str],
-        limit: float,
-        order: Sequence[str] | None = None,
-        measured: Sequence[str] = (),
-    ) -> Outcome:
+    def run(self, words, limit, order=None, measured=()):
         """Run tests in the copy.
 
         Args:
@@ -87,7 +80,7 @@ class WarmPython:
             raise RuntimeError("the process that runs the tests has ended")
         return Outcome(**json.loads(answer))
 
-    def close(self) -> None:
+    def close(self):
         """End it."""
         assert self._process.stdin is not None and self._process.stdout is not None
         self._process.stdin.close()
@@ -95,7 +88,7 @@ class WarmPython:
         self._process.wait()
 
 
-def _serve() -> None:
+def _serve():
     """Fork for each line of the input; answer in a line."""
     import gymnasium  # noqa: F401
     import hypothesis  # noqa: F401
@@ -112,7 +105,7 @@ def _serve() -> None:
         print(json.dumps(answer._asdict()), flush=True)
 
 
-def _forked(request: dict[str, Any], folder: Path) -> Outcome:
+def _forked(request, folder):
     """The outcome of a request, by a child; it leaves it in a file."""
     result, said = folder / "outcome.json", folder / "said"
     child = os.fork()
@@ -139,7 +132,7 @@ def _forked(request: dict[str, Any], folder: Path) -> Outcome:
     return Outcome(**json.loads(result.read_text(encoding="utf-8")))._replace(said=text)
 
 
-def _run(request: dict[str, Any]) -> Outcome:
+def _run(request):
     """Run pytest, measured if that is asked for."""
     import coverage
 
@@ -149,7 +142,7 @@ def _run(request: dict[str, Any]) -> Outcome:
     if files:
         measure.start()
     pytest.main(request["words"], plugins=[seen])
-    reached: dict[str, dict[str, list[str]]] = {}
+    reached = {}
     if files:
         measure.stop()
         data = measure.get_data()
@@ -162,14 +155,14 @@ def _run(request: dict[str, Any]) -> Outcome:
 class _Seen:
     """A plugin of pytest: chooses the tests, and notes what comes of them."""
 
-    def __init__(self, order: Sequence[str] | None, measure: Any) -> None:
+    def __init__(self, order, measure):
         self._order = None if order is None else {test: k for k, test in enumerate(order)}
         self._measure = measure
-        self.failed: list[str] = []
-        self.seconds: dict[str, float] = {}
+        self.failed = []
+        self.seconds = {}
         self.passed = 0
 
-    def pytest_configure(self) -> None:
+    def pytest_configure(self):
         """The same examples in each run, and no search for the simplest that fails."""
         from hypothesis import HealthCheck, Phase, settings
 
@@ -184,7 +177,7 @@ class _Seen:
         settings.load_profile("mutants")
 
     @pytest.hookimpl(trylast=True)
-    def pytest_collection_modifyitems(self, items: list[Any]) -> None:
+    def pytest_collection_modifyitems(self, items):
         """Only the chosen tests, in their order."""
         if self._order is not None:
             order = self._order
@@ -192,7 +185,7 @@ class _Seen:
             items.sort(key=lambda item: order[item.nodeid])
 
     @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_protocol(self, item: Any) -> Iterator[None]:
+    def pytest_runtest_protocol(self, item):
         """Note the time of a test, and the lines that it reaches."""
         if self._measure is not None:
             self._measure.switch_context(item.nodeid)
@@ -203,14 +196,14 @@ class _Seen:
             self._measure.switch_context("")
         return outcome
 
-    def pytest_runtest_logreport(self, report: Any) -> None:
+    def pytest_runtest_logreport(self, report):
         """Count what passed, and note what failed."""
         if report.failed:
             self.failed.append(report.nodeid)
         elif report.when == "call" and report.passed:
             self.passed += 1
 
-    def pytest_collectreport(self, report: Any) -> None:
+    def pytest_collectreport(self, report):
         """A file that cannot be imported has noticed something, too."""
         if report.failed:
             self.failed.append(f"import of {report.nodeid}")

@@ -164,7 +164,7 @@ def test_the_environment_is_that_of_gymnasium():
         game.step(action)
         game.advance(game.period)
         env.step(action)
-    assert np.array_equal(game.moment.y, env.unwrapped.y)  # type: ignore[attr-defined]
+    assert np.array_equal(game.moment.y, env.unwrapped.y)
 
 
 @pytest.mark.parametrize("env_id", [PARK, PUMP])

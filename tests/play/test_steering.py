@@ -33,7 +33,7 @@ def test_every_stick_gives_an_action_of_the_space(env_id):
     how, space = steering_of(task, -60.0), action_space(task)
     if task.n_choices:
         ways = [(1, 0), (0, 1), (-1, 0), (0, -1)]
-        assert sorted(how.choice(*way) for way in ways) == list(range(task.n_choices))  # type: ignore[type-var]
+        assert sorted(how.choice(*way) for way in ways) == list(range(task.n_choices))
         return
     for stick in np.random.default_rng(0).uniform(-1.5, 1.5, (50, 3)):
         action = how.action(stick)

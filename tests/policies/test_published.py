@@ -35,7 +35,7 @@ STREAM = np.random.default_rng(5)
 def example(**network):
     """Document and arrays of an untrained policy for a box of two actions."""
     env = gym.make("RigidEnvs/BallPark-v0", frame="reduced")
-    n_obs, n_act = env.observation_space.shape[0], env.action_space.shape[0]  # type: ignore[index]
+    n_obs, n_act = env.observation_space.shape[0], env.action_space.shape[0]
     sizes = (n_obs, 16, n_act)
     arrays = {"log_std": np.zeros(n_act)}
     arrays |= {"action.low": -np.ones(n_act), "action.high": np.ones(n_act)}

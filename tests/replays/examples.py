@@ -1,22 +1,12 @@
 """Replays for tests of files and of the page."""
 
-from typing import Any
-
 import gymnasium as gym
 import numpy as np
 
 from rigid_envs.watch.replays.recording import RecordReplay
-from rigid_envs.watch.replays.replay import Replay
 
 
-def idle(
-    env_id: str,
-    n_steps: int = 20,
-    state: dict[str, Any] | None = None,
-    seed: int = 0,
-    label: str = "",
-    **config: Any,
-) -> Replay:
+def idle(env_id, n_steps=20, state=None, seed=0, label="", **config):
     """An episode in which nothing is done, from a start that is drawn or given."""
     env = RecordReplay(gym.make(env_id, **config), label=label)
     env.reset(seed=seed, options=None if state is None else {"state": state})
@@ -25,12 +15,12 @@ def idle(
     return env.replay()
 
 
-def free_body(n_steps: int = 60) -> Replay:
+def free_body(n_steps=60):
     """A body that nothing acts on, near the unstable axis."""
     return idle("RigidEnvs/IntermediateAxis-v0", n_steps, seed=1, label="free")
 
 
-def recorded(env_id: str, n_steps: int = 6, n_episodes: int = 1, **config: Any) -> Replay:
+def recorded(env_id, n_steps=6, n_episodes=1, **config):
     """Some random steps of some episodes."""
     env = RecordReplay(gym.make(env_id, **config), label="random")
     env.action_space.seed(3)
@@ -45,7 +35,7 @@ def recorded(env_id: str, n_steps: int = 6, n_episodes: int = 1, **config: Any) 
     return replay
 
 
-def rolling_ball(label: str, seed: int, n_steps: int = 40) -> Replay:
+def rolling_ball(label, seed, n_steps=40):
     """A ball that is rolled at random."""
     env = RecordReplay(gym.make("RigidEnvs/BallPark-v0"), label=label)
     env.reset(seed=5)

@@ -6,7 +6,6 @@ import gymnasium as gym
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
-from numpy.typing import NDArray
 
 
 class Script(VectorEnv[Any, Any, Any]):
@@ -15,25 +14,25 @@ class Script(VectorEnv[Any, Any, Any]):
     metadata = {"autoreset_mode": AutoresetMode.SAME_STEP, "render_modes": []}  # noqa: RUF012
     ENDS = (2, 99, 3)
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.num_envs = 3
         self.single_observation_space = gym.spaces.Box(-100, 100, (1,), np.float32)
         self.single_action_space = gym.spaces.Box(-1, 1, (1,), np.float32)
         self.observation_space = batch_space(self.single_observation_space, 3)
         self.action_space = batch_space(self.single_action_space, 3)
 
-    def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Any, dict[str, Any]]:
+    def reset(self, *, seed=None, options=None):
         self.seen_seed, self.seen_options = seed, options
         self.elapsed = np.zeros(3, dtype=np.int64)
         return self.observe(), {"elapsed": self.elapsed.copy()}
 
-    def step(self, actions: NDArray[Any]) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
+    def step(self, actions):
         self.elapsed += 1
         reward = 10.0 * np.arange(3) + self.elapsed
         terminated = self.elapsed == np.array(self.ENDS)
         truncated = self.elapsed >= 3
         done = terminated | truncated
-        info: dict[str, Any] = {"elapsed": self.elapsed.copy()}
+        info = {"elapsed": self.elapsed.copy()}
         if done.any():
             info |= {
                 "final_obs": self.observe(),
@@ -49,9 +48,9 @@ class Script(VectorEnv[Any, Any, Any]):
             info["elapsed"] = self.elapsed.copy()
         return self.observe(), reward, terminated, truncated, info
 
-    def observe(self) -> NDArray[np.float32]:
+    def observe(self):
         return (10.0 * np.arange(3) + self.elapsed).astype(np.float32)[:, None]
 
 
-def steps(env: Any, n: int) -> list[Any]:
+def steps(env, n):
     return [env.step(np.zeros((env.num_envs, *env.action_space.shape))) for _ in range(n)]

@@ -143,10 +143,10 @@ def test_attributes_and_methods_reach_the_environment():
     rows.set_attr("gravity", 1.5, indices=[1])
     assert rows.get_attr("gravity") == [9.8, 1.5]
     calls = []
-    env.venv.count = lambda *words: calls.append("shared") or len(calls)  # type: ignore[attr-defined]
+    env.venv.count = lambda *words: calls.append("shared") or len(calls)
     assert env.env_method("count", "a", indices=[0, 2]) == [1, 1]  # one object, one call
     for k, each in enumerate(sync.envs):
-        each.unwrapped.count = lambda k=k: calls.append(f"row {k}") or k  # type: ignore[attr-defined]
+        each.unwrapped.count = lambda k=k: calls.append(f"row {k}") or k
     assert rows.env_method("count") == [0, 1] and rows.env_method("count", indices=[1]) == [1]
     assert calls == ["shared", "row 0", "row 1", "row 1"]
 

@@ -329,7 +329,7 @@ def test_an_episode_counts_as_in_an_evaluation(env_id, seed):
     for field in fields(ours):
         if field.name != "bounds":
             assert np.array_equal(getattr(ours, field.name), getattr(theirs, field.name))
-    task = env.unwrapped.task  # type: ignore[attr-defined]
+    task = env.unwrapped.task
     for metric in metrics_of(env_id):
         assert tally.value(metric, task) == metric.values(theirs, task)[0]
 

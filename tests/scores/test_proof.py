@@ -1,7 +1,6 @@
 """An evaluation is ranked if its actions, played again in the registered task, give its figures."""
 
 import copy
-from collections.abc import Callable
 from typing import Any
 
 import gymnasium as gym
@@ -25,7 +24,6 @@ PARK = "RigidEnvs/BallPark-v0"
 DETUMBLE = "RigidEnvs/Detumble-v0"
 N = 4
 LAX = {"tolerance": 1.5, "start_tilt": 0.01}
-Policy = Callable[[Any], np.ndarray[Any, Any]]
 
 
 def rows(env_id=TOP, **options):
@@ -83,7 +81,7 @@ def test_an_environment_of_another_task_is_refused():
         evaluate(TOP, "zero", n=N, env=rows("RigidEnvs/SleepingTopRandom-v0"))
 
 
-class Lies(VectorWrapper):  # type: ignore[type-arg]
+class Lies(VectorWrapper):
     """Every infos entry of a name is what it says."""
 
     def __init__(self, env, **lies):
@@ -177,7 +175,7 @@ def test_a_policy_that_makes_steps_of_its_own_is_not_ranked():
     refused(evaluate(TOP, hasty, n=N, env=envs), "length of start 0 = 1")
 
 
-class Skips(VectorWrapper):  # type: ignore[type-arg]
+class Skips(VectorWrapper):
     """Each action three times; what the first two of them cost is not told."""
 
     def step(self, actions):

@@ -1,7 +1,5 @@
 """Links of the site, offline: `python -m tests.site.links FOLDER`."""
 
-from __future__ import annotations
-
 import sys
 from html.parser import HTMLParser
 from pathlib import Path
@@ -13,13 +11,13 @@ _MADE_BY_SPHINX = {"genindex.html", "py-modindex.html", "search.html"}
 class _Page(HTMLParser):
     """Anchors of a page, and what it refers to."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text):
         super().__init__()
-        self.anchors: set[str] = set()
-        self.targets: set[str] = set()
+        self.anchors = set()
+        self.targets = set()
         self.feed(text)
 
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+    def handle_starttag(self, tag, attrs):
         for name, value in attrs:
             if name == "id" and value:
                 self.anchors.add(value)
@@ -27,7 +25,7 @@ class _Page(HTMLParser):
                 self.targets.add(value)
 
 
-def broken_links(folder: Path) -> list[str]:
+def broken_links(folder):
     """What is wrong, as "page: target": files and anchors that are not there, and bad addresses.
 
     Nothing is fetched: of an address elsewhere the form is checked.
@@ -49,7 +47,7 @@ def broken_links(folder: Path) -> list[str]:
     return sorted(wrong)
 
 
-def _leads_somewhere(target: str, path: Path, pages: dict[Path, _Page]) -> bool:
+def _leads_somewhere(target, path, pages):
     parts = urlsplit(target)
     if parts.scheme or parts.netloc:
         return parts.scheme in ("data", "mailto") or _is_address(target)
@@ -60,12 +58,12 @@ def _leads_somewhere(target: str, path: Path, pages: dict[Path, _Page]) -> bool:
     return listed or not parts.fragment or unquote(parts.fragment) in pages[to].anchors
 
 
-def _is_address(target: str) -> bool:
+def _is_address(target):
     parts = urlsplit(target)
     return parts.scheme == "https" and "." in parts.netloc and " " not in target
 
 
-def main() -> int:
+def main():
     """Print what is wrong; 1 if anything is."""
     wrong = broken_links(Path(sys.argv[1]))
     print("\n".join(wrong) or "all links lead somewhere")

@@ -1,18 +1,15 @@
 """Measures of simulated motions: order of convergence, drift, error estimate by step doubling."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import pytest
 
-from rigid_envs.base.checks import Array
-from rigid_envs.mechanics.integration import Input, Trajectory
+from rigid_envs.mechanics.integration import Trajectory
 from rigid_envs.mechanics.laws import EPS
-from rigid_envs.mechanics.system import System
 
 
-def orders(errors: list[float]) -> Array:
+def orders(errors):
     """Powers of the step with which errors fall, for steps that are halved each time."""
     return np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
 
@@ -35,7 +32,7 @@ class Refined:
     rate: float
     turned: float
 
-    def tolerance(self, name: str, size: float, cond: float = 1.0) -> float:
+    def tolerance(self, name, size, cond=1.0):
         """How far a named quantity may be from the truth.
 
         With order four the difference of the two is 15 times the error of the better one: a fifth
@@ -47,9 +44,7 @@ class Refined:
         return float(missed) + EPS * (64.0 * cond + 5.0 * self.steps * size)
 
 
-def refined(
-    system: System, y0: Array, t: Array, u: Input | None = None, per_radian: float = 16.0
-) -> Refined:
+def refined(system, y0, t, u=None, per_radian=16.0):
     """The motion in so many steps per radian of the fastest rate on its way, and in twice as many.
 
     The rates are those of the motion in default steps.
@@ -62,7 +57,7 @@ def refined(
     return Refined(fine, coarse, 2.0 * span / step, rate, rate * span)
 
 
-def is_level(t: Array, values: Array, share: float = 0.1) -> bool:
+def is_level(t, values, share=0.1):
     """Whether values oscillate but go nowhere.
 
     The straight line that fits them best changes by less than a share of their size in all the
@@ -72,7 +67,7 @@ def is_level(t: Array, values: Array, share: float = 0.1) -> bool:
     return abs(slope) <= share * np.max(np.abs(values)) + 1e-12
 
 
-def sample_steps(n_steps: int, size: int) -> Array:
+def sample_steps(n_steps, size):
     """Numbers of steps at which to look, 0 and `n_steps` among them.
 
     Irregular: regular ones can beat with a periodic motion, and a beat looks like a drift.
@@ -81,34 +76,34 @@ def sample_steps(n_steps: int, size: int) -> Array:
     return np.concatenate([[0], np.sort(inside), [n_steps]])
 
 
-def million_steps(system: System, y0: Array, dt: float, moments: int = 20000) -> Trajectory:
+def million_steps(system, y0, dt, moments=20000):
     """A million steps, seen at so many moments."""
     return system.simulate(y0, sample_steps(10**6, moments) * dt, max_step=dt)
 
 
-def relative_energy(trajectory: Trajectory) -> Array:
+def relative_energy(trajectory):
     """Change of the energy since the start, as a part of it."""
     energy = trajectory.invariants["energy"]
     return energy / energy[0] - 1.0
 
 
-def leaning(theta: float) -> tuple[float, float, float, float]:
+def leaning(theta):
     """Attitude with Euler angles (0, theta, 0): turned about world x."""
     return (np.cos(0.5 * theta), np.sin(0.5 * theta), 0.0, 0.0)
 
 
-def seeds(n: int, of: int) -> list[Any]:
+def seeds(n, of):
     """Seeds below `of`: the first n by default, the others with `-m long`."""
     return [*range(n), *(pytest.param(k, marks=pytest.mark.long) for k in range(n, of))]
 
 
-def random_attitude(rng: np.random.Generator) -> Array:
+def random_attitude(rng):
     """A unit quaternion, uniform on the rotation group."""
     q = rng.normal(size=4)
     return q / np.linalg.norm(q)
 
 
-def random_moments(rng: np.random.Generator) -> Array:
+def random_moments(rng):
     """Principal moments of a body: second moments of mass along the axes, added in pairs."""
     a, b, c = rng.uniform(0.05, 1.0, 3)
     return np.array([b + c, c + a, a + b])

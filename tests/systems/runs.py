@@ -1,7 +1,6 @@
 """Whole episodes of many rows under a policy: what came of them."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -9,7 +8,6 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.envs.shells import RigidVectorEnv
-from rigid_envs.scores.policies import Controller, ControllerFactory
 from rigid_envs.testing.environments import fresh
 
 
@@ -32,7 +30,7 @@ class Runs:
     y: Array
 
 
-def run(env_id: str, policy: Controller, n: int = 100, seed: int = 0, **config: Any) -> Runs:
+def run(env_id, policy, n=100, seed=0, **config):
     """One episode of n rows, seeded seed .. seed + n - 1, under actions ``policy(envs)``."""
     envs = gym.make_vec(
         f"RigidEnvs/{env_id}-v0", num_envs=n, vectorization_mode="vector_entry_point", **config
@@ -55,11 +53,11 @@ def run(env_id: str, policy: Controller, n: int = 100, seed: int = 0, **config: 
     return Runs(success, cost, reward, steps, np.stack(y))
 
 
-def bound(factory: ControllerFactory) -> Controller:
+def bound(factory):
     """A reference controller for the task of the environment that it meets first."""
-    policies: list[Controller] = []
+    policies = []
 
-    def policy(envs: RigidVectorEnv) -> Array:
+    def policy(envs):
         if not policies:
             policies.append(factory(envs.task))
         return policies[0](envs)
@@ -67,18 +65,18 @@ def bound(factory: ControllerFactory) -> Controller:
     return policy
 
 
-def rows(task: str, n: int, **config: Any) -> RigidVectorEnv:
+def rows(task, n, **config):
     """N rows of a task of ``system.tasks:Task``, in their first episode, without a time limit."""
-    envs: RigidVectorEnv = fresh(RigidVectorEnv(f"rigid_envs.systems.{task}", n, **config))
+    envs = fresh(RigidVectorEnv(f"rigid_envs.systems.{task}", n, **config))
     return envs
 
 
-def still(envs: RigidVectorEnv) -> Array:
+def still(envs):
     """No action."""
     return np.zeros(envs.action_space.shape)
 
 
-def at_random(seed: int = 0) -> Controller:
+def at_random(seed=0):
     """Actions uniform in the box, anew in every step."""
     rng = np.random.default_rng(seed)
     return lambda envs: rng.uniform(-1.0, 1.0, envs.action_space.shape)

@@ -3,7 +3,6 @@
 import itertools
 import random
 import time
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import gymnasium as gym
@@ -12,7 +11,7 @@ from gymnasium import spaces
 
 LIMIT = 30
 TICKS = itertools.count()
-SHARED: dict[str, float] = {"v": 0.0}
+SHARED = {"v": 0.0}
 
 
 class Slider(gym.Env):
@@ -20,27 +19,27 @@ class Slider(gym.Env):
 
     metadata = {"render_modes": ["rgb_array"], "render_fps": 10}  # noqa: RUF012 - as Gymnasium's
 
-    def __init__(self, render_mode: str | None = None) -> None:
+    def __init__(self, render_mode=None):
         self.render_mode = render_mode
         self.observation_space = spaces.Box(-2.0, 2.0, (2,), np.float32)
         self.action_space = spaces.Box(-1.0, 1.0, (1,), np.float32)
         self.x, self.v = 0.0, 0.0
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> Any:
+    def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)
         self.x, self.v = self.np_random.uniform(-0.1, 0.1, 2)
         return self.observation(), {"x": self.x}
 
-    def step(self, action: Any) -> Any:
+    def step(self, action):
         push = float(np.clip(np.nan_to_num(action), -1.0, 1.0)[0])
         self.v = 0.5 * self.v + 0.01 * push
         self.x += self.v
         return self.observation(), -self.x * self.x, abs(self.x) > 1.0, False, {"x": self.x}
 
-    def observation(self) -> Any:
+    def observation(self):
         return np.array([self.x, self.v], dtype=np.float32)
 
-    def render(self) -> Any:
+    def render(self):
         picture = np.zeros((4, 8, 3), dtype=np.uint8)
         picture[:, int(np.clip(4 + 4 * self.x, 0, 7))] = 255
         return picture
@@ -54,13 +53,13 @@ class Planted(NamedTuple):
     options: dict[str, Any]
 
 
-PLANTED: list[Planted] = []
+PLANTED = []
 
 
-def planted(found_by: str, **options: Any) -> Callable[[type], type]:
+def planted(found_by, **options):
     """Note a class as a bug that a check of this name finds."""
 
-    def note(bug: type) -> type:
+    def note(bug):
         PLANTED.append(Planted(bug, found_by, options))
         return bug
 
@@ -413,10 +412,10 @@ class CannotBeginAfterAnEnd(gym.Wrapper):
 class Body:
     """A part that its environment owns."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.v = 0.0
 
-    def __deepcopy__(self, memo: Any) -> Any:
+    def __deepcopy__(self, memo):
         return self
 
 
@@ -504,7 +503,7 @@ class WatchedIsAnother(Slider):
 
 KINDS, AGAIN = "results_are_of_their_declared_kinds", "same_seed_again"
 BESIDE = "same_seed_beside_another_instance"
-RESULTS: dict[str, tuple[str, Callable[..., Any]]] = {
+RESULTS = {
     "Doubles": (KINDS, lambda env, seen, *rest: (seen.astype(np.float64), *rest)),
     "RewardsInArrays": (KINDS, lambda env, seen, paid, *rest: (seen, np.array([paid]), *rest)),
     "ComplexRewards": (KINDS, lambda env, seen, paid, *rest: (seen, complex(paid), *rest)),
@@ -529,7 +528,7 @@ RESULTS: dict[str, tuple[str, Callable[..., Any]]] = {
 """What a step gives in place of its results, and which check finds it."""
 
 
-def spoiled(change: Callable[..., Any]) -> Callable[..., Any]:
+def spoiled(change):
     """A step whose results are changed."""
     return lambda env, action: change(env, *Slider.step(env, action))
 

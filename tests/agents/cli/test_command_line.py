@@ -93,7 +93,7 @@ def test_enjoy_prints_one_line_per_step(finished, capsys):
     assert main(["enjoy", str(folder / "best_model"), *ENV[2:], "--seed", "3"]) == 0
     head, names, *steps, end = capsys.readouterr().out.splitlines()
     assert "seed 3" in head and "reward" in names and "cost" in names
-    assert len(steps) == int(re.search(r"in (\d+) steps", end)[1])  # type: ignore[index]
+    assert len(steps) == int(re.search(r"in (\d+) steps", end)[1])
     assert {len(line) for line in steps if "is_success" not in line} == {len(names)}
 
 

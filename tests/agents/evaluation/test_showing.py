@@ -91,10 +91,10 @@ def test_a_film_costs_at_most_its_time(run, tmp_path, monkeypatch):
 def test_a_film_changes_no_result(run):
     names = ("results.json", "episodes.csv", "progress.csv")
     before = [(run / name).read_bytes() for name in names]
-    state = np.random.get_state()[1].tobytes()  # type: ignore[index, union-attr] # noqa: NPY002
+    state = np.random.get_state()[1].tobytes()  # noqa: NPY002
     try_film(load(run / "best_model"), run, TEST_SEED)
     assert [(run / name).read_bytes() for name in names] == before
-    assert np.random.get_state()[1].tobytes() == state  # type: ignore[index, union-attr] # noqa: NPY002
+    assert np.random.get_state()[1].tobytes() == state  # noqa: NPY002
     assert "film" not in json.loads((run / "results.json").read_text())
 
 

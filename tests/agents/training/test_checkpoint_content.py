@@ -2,9 +2,7 @@
 
 import re
 import shutil
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -15,9 +13,6 @@ from agents.config.entries import config_from
 from agents.training.trainer import train
 from rigid_envs.base.files import load_tensors, save_tensors
 from tests.agents.training.test_resume import VARIANTS, assert_same, base, newest
-
-Arrays = dict[str, Any]
-Change = Callable[[Arrays, dict[str, Any]], Any]
 
 
 def swap(member, change):
