@@ -1,10 +1,8 @@
 """Disks, coins and rollers rebuilt from their pages do as theirs; starts of all are as told."""
 
-from functools import cache
-
 import numpy as np
 import pytest
-from scipy.stats import ks_2samp, kstest
+from scipy.stats import ks_2samp
 
 from tests.from_pages import balls, bodies, pushed_balls, side_by_side, tops, wheels
 from tests.from_pages.wheels import CoinPark, DiskRoll, DiskRollRandom, RollPump, attitude_of, seen
@@ -225,12 +223,14 @@ N = 2000
 def row(*parts):
     """All numbers but those of quaternions, whose sign has no meaning: they are seen as matrices.
 
-    To six places: what is one number but for rounding is one.
+    Then the lengths of all that is more than one number: many are drawn as such. To six places:
+    what is one number but for rounding is one.
     """
     dicts = [part if isinstance(part, dict) else {"": part} for part in parts]
     values = [np.ravel(each[key]) for each in dicts for key in sorted(each) if key != "q"]
-    whole = np.concatenate([value for value in values if len(value) != 4])
-    return np.round(np.float64(np.float32(whole)), 6)
+    values = [value for value in values if len(value) != 4]
+    lengths = [np.linalg.norm(value) for value in values if len(value) > 1]
+    return np.round(np.float64(np.float32(np.concatenate([*values, lengths]))), 6)
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
@@ -258,73 +258,3 @@ def test_episodes_begin_as_the_page_says(kind):
             a, b = here**power, there**power
             error = np.sqrt((a.var() + b.var()) / N)
             assert abs(a.mean() - b.mean()) <= 5.0 * error + 1e-6, (k, power)
-
-
-@cache
-def theirs(kind):
-    """States, parameters and what is kept beside them, of starts of the environment."""
-    y, _, envs = side_by_side.drawn(kind, seed=11)
-    state = envs.unwrapped.get_state()
-    held = list(envs.unwrapped.task.ranges())  # the parameters of the system, then others
-    columns = [held.index({"I_perp": "I1"}.get(name, name)) for name in kind.physical]
-    return y, state["parameters"][:, columns], state.get("aux", np.empty((len(y), 0)))
-
-
-def off_the_spin(page, y, aux):
-    away = np.linalg.norm(y[:, 4:7] - [0, page.spin_rate, 0], axis=1)
-    return np.asarray(away / page.start_spread) ** 3
-
-
-def tilt(page, y, aux):
-    low = 1 / 3 if isinstance(page, tops.PivotTop) else 0.0
-    tilted = np.arccos(1 - 2 * (y[:, 1] ** 2 + y[:, 2] ** 2)) / page.start_tilt
-    return np.asarray((tilted - low) / (1 - low))
-
-
-def spin(page, y, aux):
-    """In critical spins."""
-    if isinstance(page, tops.PivotTop):
-        low, high = 0.3 * page.start_spin, page.start_spin
-    elif isinstance(page, tops.TopPrecession):
-        low, high = page.start_spin, page.start_spin + page.start_spread
-    else:
-        low, high = page.start_spin_low, page.start_spin_high
-    return np.asarray((y[:, 6] / page.critical() - low) / (high - low))
-
-
-def rate_across(page, y, aux):
-    return np.asarray(np.hypot(y[:, 4], y[:, 5]) / page.start_rate) ** 2
-
-
-def between(values, low, high):
-    return np.asarray((values - low) / (high - low))
-
-
-SHARES = [
-    *((kind, off_the_spin) for kind in (*bodies.KINDS[:3:2], bodies.AxisFlip)),
-    (bodies.SpinCapture, lambda p, y, _: between(np.linalg.norm(y[:, 4:7], axis=1), *p.start_rate)),
-    (
-        bodies.Detumble,
-        lambda p, y, _: (np.linalg.norm(p.moments * y[:, 4:7], axis=1) / p.start_momentum) ** 3,
-    ),
-    (bodies.AxisFlip, lambda p, _, aux: between(aux[:, 0], *p.flip_time)),
-    *((kind, tilt) for kind in tops.KINDS),
-    *((kind, spin) for kind in tops.KINDS if kind is not tops.TopRandom),
-    *((kind, rate_across) for kind in (tops.TopPrecession, tops.TopRandom)),
-    (tops.TopRandom, lambda p, y, _: between(y[:, 6], -p.start_spin, p.start_spin)),
-    (
-        tops.TopPrecession,
-        lambda p, _, aux: between(aux[:, 1], p.goal_tilt, p.goal_tilt + p.goal_spread),
-    ),
-]
-
-
-@pytest.mark.parametrize(("kind", "share"), SHARES)
-def test_starts_fill_the_ranges_of_the_page_evenly(kind, share):
-    (y, parameters, aux), page = theirs(kind), kind()
-    if kind in tops.KINDS:
-        page.parameters = dict(zip(kind.physical, parameters.T, strict=True))
-    found = share(page, y, aux)
-    slack = 1e-6 if share is tilt else 1e-12  # arccos doubles rounding near 1
-    assert -slack <= found.min() and found.max() <= 1.0 + slack
-    assert kstest(found, "uniform").pvalue > 1e-4
