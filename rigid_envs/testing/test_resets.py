@@ -14,7 +14,6 @@ from rigid_envs.engine.layout import CLOCK
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     ATTITUDES,
-    DISCRETE,
     EARLY_ENDS,
     GOALS,
     IDS,
@@ -326,13 +325,6 @@ def assert_told(outputs, row, step):
     assert_same_bits(told, step[1:4])
 
 
-def senseless(env_id, batch):
-    """Other actions, none of which may matter."""
-    if env_id in DISCRETE:
-        return (batch + 1) % task_of(env_id).n_choices
-    return np.full_like(batch, 1e30) * (np.arange(batch.shape[1]) % 2) - 0.123
-
-
 def ends_of(env_id):
     """How many episodes were terminated, truncated, both."""
     steps = (step for row in alone(env_id, share(10_000)) for step in row)
@@ -350,32 +342,6 @@ def test_episodes_end_early_where_a_task_can_end(env_id):
     ends = ends_of(env_id)
     assert ends[False, True]
     assert bool(ends[True, False]) == (env_id in EARLY_ENDS), "EARLY_ENDS must say how"
-
-
-@episodes
-def test_next_step_mode_shows_the_last_observation_then_resets_whatever_the_action(
-    env_id, n_episodes
-):
-    rows, batches = alone(env_id, n_episodes), table(env_id, n_episodes)
-    n_steps = len(batches)
-    envs = fresh(vector(env_id, N_ROWS, **config_of(env_id)), SEED)
-    counts, ended = np.zeros(N_ROWS, dtype=np.int64), np.zeros(N_ROWS, dtype=np.bool_)
-    while counts.min() < n_steps:
-        batch = batches[np.minimum(counts, n_steps - 1), np.arange(N_ROWS)]
-        batch[ended] = senseless(env_id, batch)[ended]
-        outputs = envs.step(batch)
-        for row in np.flatnonzero(counts < n_steps):
-            steps = rows[row]
-            if ended[row]:
-                observation, info = steps[counts[row] - 1].after
-                blank = Step(observation, 0.0, False, False, info, None)
-            else:
-                blank = steps[counts[row]]
-            assert_told(outputs, row, blank)
-            assert_same_bits(pick(outputs[0], row), blank.observation)
-            assert_same_bits(row_of(outputs[4], row), blank.info)
-        counts += ~ended
-        ended = outputs[2] | outputs[3]
 
 
 @episodes

@@ -56,7 +56,9 @@ def test_no_number_of_a_state_does_harm(env_id):
             for number in NUMBERS:
                 other = part.copy()
                 other[1, k] = number
-                if refusal(envs, {**state, name: other}):
+                told = refusal(envs, {**state, name: other}) or ""
+                assert name != "y" or np.isfinite(number) or f"state['y'][1, {k}] = " in told
+                if told:
                     n_refused += 1
                     continue
                 for batch in batches:
@@ -64,16 +66,6 @@ def test_no_number_of_a_state_does_harm(env_id):
                     assert space.contains(observations), (name, k, number)
                     assert np.isfinite(rewards).all(), (name, k, number)
     assert n_refused > 5 * len(NUMBERS)
-
-
-def test_a_physical_state_that_is_not_finite_is_refused(env_id):
-    envs = played(env_id)
-    state = envs.get_state()
-    for k in range(state["y"].shape[1]):
-        for number in (np.nan, np.inf, -np.inf):
-            other = state["y"].copy()
-            other[1, k] = number
-            assert f"state['y'][1, {k}] = " in refusal(envs, {**state, "y": other})
 
 
 @in_full(IDS)
