@@ -19,3 +19,9 @@ def refusal(call, *args, **kwargs):
     text = str(refused.value)
     assert GRAMMAR.fullmatch(text), text
     return text
+
+
+def refuses(message, call, /, *args, **kwargs):
+    """Arguments are refused with a message that obeys the grammar and holds this pattern."""
+    text = refusal(call, *args, **kwargs)
+    assert re.search(message, text), text

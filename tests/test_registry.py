@@ -22,6 +22,7 @@ from rigid_envs.scores.starts import METRICS
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.registry import COSTS, ENVIRONMENTS, EnvironmentRecord, add, load
 from tests.programs import printed, python
+from tests.refusals import refuses
 
 each_id = pytest.mark.parametrize("env_id", list(ENVIRONMENTS))
 PARK = "RigidEnvs/BallPark-v0"
@@ -134,8 +135,7 @@ def test_a_short_id_means_the_newest_version_and_never_one_of_two_namespaces(mon
 
 @pytest.mark.parametrize("no_text", [7, None, [], b"BallPark"])
 def test_what_is_no_text_is_no_id(no_text):
-    with pytest.raises(ValueError, match=r"^env_id = .*; expected the id of an environment"):
-        task_of(no_text)
+    refuses(r"^env_id = .*; expected the id of an environment", task_of, no_text)
 
 
 @pytest.mark.parametrize("no_dict", [3, 0, "", "dt", [("dt", 0.1)]])

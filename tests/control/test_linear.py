@@ -5,6 +5,7 @@ import pytest
 
 from rigid_envs.control import linear
 from rigid_envs.systems.heavy_top.closed_forms import sleeping_exponents
+from tests.refusals import refuses
 
 DT = 0.1
 DOUBLE = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])  # x'' = u
@@ -127,8 +128,7 @@ def test_what_cannot_be_held_or_weighed_is_refused():
         linear.lqr(F, G, [1.0, 1.0], [1.0])
     with pytest.raises(ValueError, match=r"^Q\[1\] = 0\.0; expected positive finite numbers"):
         linear.lqr(F, G, [1.0, 0.0], [1.0])
-    with pytest.raises(ValueError, match=r"^R has shape \(2,\); expected \(1,\)"):
-        linear.lqr(F, G, [1.0, 1.0], [1.0, 1.0])
+    refuses(r"^R has shape \(2,\); expected \(1,\)", linear.lqr, F, G, [1.0, 1.0], [1.0, 1.0])
 
 
 def saturated(x):

@@ -18,6 +18,7 @@ from rigid_envs.sb3.adapter import GymnasiumVecEnv
 from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing import environments
+from tests.refusals import refuses
 
 # The shell of one environment: what it shows and hands out.
 
@@ -117,8 +118,7 @@ def test_every_result_is_new(env):
 
 
 def test_name_in_messages_without_a_spec_is_that_of_the_task(env):
-    with pytest.raises(ValueError, match=f"^{type(env.task).__name__}: "):
-        env.step("left")
+    refuses(f"^{type(env.task).__name__}: ", env.step, "left")
 
 
 def test_render_without_a_mode_warns_and_returns_none(env):
@@ -444,8 +444,7 @@ def test_what_is_wrong_is_refused_by_name(env_id, calls):
 @pytest.mark.parametrize("row", [-1, -2, 2, 8, 5000, 0.0, True, None, "0", [0]])
 def test_a_moment_is_that_of_a_row(row):
     envs = environments.fresh(environments.vector(QUICK[0], 2))
-    with pytest.raises(ValueError, match=r"row = .*; expected an integer from 0 to 1"):
-        envs.moment(row)
+    refuses(r"row = .*; expected an integer from 0 to 1", envs.moment, row)
     for good in (0, 1, np.int64(1)):
         assert (envs.moment(good).y == envs.y[good]).all()
 

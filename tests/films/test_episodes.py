@@ -15,6 +15,7 @@ from rigid_envs.watch import films
 from rigid_envs.watch.drawing import Drawing, Look
 from rigid_envs.watch.pictures import show
 from rigid_envs.watch.replays.replay import moment_at
+from tests.refusals import refuses
 
 pygame = pytest.importorskip("pygame")
 pytest.importorskip("panda3d")
@@ -170,8 +171,7 @@ def test_what_is_no_setting_of_the_task_is_not_played():
 
 
 def test_nothing_to_show_and_numbers_that_cannot_be_are_refused():
-    with pytest.raises(ValueError, match=r"episodes = \(\); expected at least one"):
-        next(films.episode_pictures([]))
+    refuses(r"episodes = \(\); expected at least one", next, films.episode_pictures([]))
     found = played(PARK)
     for name, bad in (("fps", (0.0, -1.0)), ("speed", (0.0, -1.0)), ("hold", (-1.0,))):
         for value in (*bad, np.nan, np.inf, "1"):

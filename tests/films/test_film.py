@@ -12,6 +12,7 @@ from rigid_envs.watch import films
 from rigid_envs.watch.films import SUFFIXES, checked_film, write_film
 from rigid_envs.watch.pictures import pillow
 from tests.programs import printed
+from tests.refusals import refuses
 
 imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 Image = pytest.importorskip("PIL.Image")
@@ -194,8 +195,7 @@ def test_a_colour_that_comes_in_the_end_alone_is_seen_in_a_gif(tmp_path):
 )
 def test_another_file_or_size_is_refused(tmp_path, name, max_bytes, message):
     (tmp_path / "folder.gif").mkdir()
-    with pytest.raises(ValueError, match=message):
-        write_film(tmp_path / name, moving_square(), FPS, max_bytes)
+    refuses(message, write_film, tmp_path / name, moving_square(), FPS, max_bytes)
 
 
 @pytest.mark.parametrize(
@@ -214,8 +214,7 @@ def test_another_file_or_size_is_refused(tmp_path, name, max_bytes, message):
 )
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_what_is_no_film_is_refused_and_leaves_nothing(tmp_path, suffix, pictures, fps, message):
-    with pytest.raises(ValueError, match=message):
-        write_film(tmp_path / f"a{suffix}", pictures, fps)
+    refuses(message, write_film, tmp_path / f"a{suffix}", pictures, fps)
     assert not list(tmp_path.iterdir())
 
 

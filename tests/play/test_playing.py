@@ -12,6 +12,7 @@ from rigid_envs.scores.policies import untrained_policy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.watch.play.game import Game, GameWindow, Status, board_height, page, play
 from rigid_envs.watch.replays.replay import load_replay
+from tests.refusals import refuses
 
 pytestmark = pytest.mark.long
 
@@ -250,8 +251,7 @@ def test_without_a_display_it_says_what_to_do(monkeypatch):
     for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("sys.platform", "linux")
-    with pytest.raises(ValueError, match="DISPLAY = None; expected a display"):
-        play(PARK)
+    refuses("DISPLAY = None; expected a display", play, PARK)
 
 
 def test_the_board_shows_the_action_as_bars():

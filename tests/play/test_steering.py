@@ -19,6 +19,7 @@ from rigid_envs.watch.play.steering import (
     keys,
     steering_of,
 )
+from tests.refusals import refuses
 
 FROM_SOUTH = -90.0  # azimuth of a camera that sees +X to the right and +Y away from it
 
@@ -101,13 +102,11 @@ def test_what_hands_cannot_steer_is_refused(monkeypatch):
     task = task_of("RigidEnvs/Reorient-v0")
     four = tuple(Entry(f"a{k}", "1", "body", -1.0, 1.0) for k in range(4))
     monkeypatch.setattr(type(task), "actions", lambda self: four)
-    with pytest.raises(ValueError, match="actions = 4 entries; expected 3 at most"):
-        steering_of(task, 0.0)
+    refuses("actions = 4 entries; expected 3 at most", steering_of, task, 0.0)
     grid = task_of("RigidEnvs/BallGrid-v0")
     named = (Entry("side", "1", "0: left, 1: right", 0.0, 1.0),)
     monkeypatch.setattr(type(grid), "actions", lambda self: named)
-    with pytest.raises(ValueError, match="side: frame = '0: left, 1: right'; expected"):
-        steering_of(grid, 0.0)
+    refuses("side: frame = '0: left, 1: right'; expected", steering_of, grid, 0.0)
 
 
 def test_held_keys_blend_in_with_their_time_constant():

@@ -28,6 +28,7 @@ from rigid_envs.scores.trained import FOLDER, CompiledPolicy, load, published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 from tests.programs import printed
+from tests.refusals import refuses
 
 STREAM = np.random.default_rng(5)
 
@@ -181,8 +182,7 @@ def test_relative_rotations_are_taken_from_observations_as_they_are():
     for outside in (n_obs - 8, -1, 0.0, True):
         for places in ([outside, 0], [0, outside]):
             document["network"]["attitudes"] = places
-            with pytest.raises(ValueError, match="expected where matrices are in the input"):
-                CompiledPolicy(document, arrays)
+            refuses("expected where matrices are in the input", CompiledPolicy, document, arrays)
 
 
 @pytest.mark.parametrize("head", ["gaussian", "squashed gaussian"])

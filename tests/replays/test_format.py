@@ -17,6 +17,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import in_full
 from rigid_envs.watch.replays.recording import RecordReplay, RecordRows
 from rigid_envs.watch.replays.replay import load_replay, play_again, same_bits
+from tests.refusals import refuses
 from tests.replays.examples import recorded
 
 Arrays = dict[str, np.ndarray[Any, Any]]
@@ -223,8 +224,7 @@ def test_times_that_stand_still_or_go_back_are_refused(k, step, file, tmp_path):
 
 @pytest.mark.parametrize("label", ["\x1b[2J", "two\nlines", "x" * 201, 3])
 def test_a_label_that_could_not_be_read_again_is_refused_before_anything_is_played(label):
-    with pytest.raises(ValueError, match=r"^label = "):
-        RecordReplay(gym.make("RigidEnvs/Detumble-v0"), label=label)
+    refuses(r"^label = ", RecordReplay, gym.make("RigidEnvs/Detumble-v0"), label=label)
     with pytest.raises(ValueError, match=r"^label = "):
         RecordRows(gym.make_vec("RigidEnvs/Detumble-v0", num_envs=2), label=label)
 

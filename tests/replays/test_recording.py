@@ -18,6 +18,7 @@ from rigid_envs.testing.environments import break_physics
 from rigid_envs.tools.cli import main
 from rigid_envs.watch.replays.recording import RecordReplay, RecordRows, record_starts
 from rigid_envs.watch.replays.replay import id_of, load_replay, play_again, same_bits
+from tests.refusals import refuses
 from tests.replays.examples import free_body, rolling_ball
 
 PARK = "RigidEnvs/BallPark-v0"
@@ -146,15 +147,12 @@ def test_to_close_the_recorder_closes_what_it_records(tmp_path, monkeypatch, fil
 
 
 def test_what_cannot_be_recorded_is_refused():
-    with pytest.raises(ValueError, match="expected an environment of rigid_envs"):
-        RecordReplay(gym.make("CartPole-v1"))
+    refuses("expected an environment of rigid_envs", RecordReplay, gym.make("CartPole-v1"))
     rescaled = gym.wrappers.RescaleAction(gym.make(PARK), np.float32(-2.0), np.float32(2.0))
-    with pytest.raises(ValueError, match="record first, then wrap"):
-        RecordReplay(rescaled)
+    refuses("record first, then wrap", RecordReplay, rescaled)
     with pytest.raises(ValueError, match=r"rows = \(3,\); expected rows from 0 to 1"):
         RecordRows(gym.make_vec(PARK, 2), rows=(3,))
-    with pytest.raises(ValueError, match="play an episode first"):
-        RecordReplay(gym.make(PARK)).replay()
+    refuses("play an episode first", RecordReplay(gym.make(PARK)).replay)
 
 
 def test_the_id_is_that_of_the_environment_or_else_that_of_its_task(monkeypatch):
@@ -168,8 +166,7 @@ def test_the_id_is_that_of_the_environment_or_else_that_of_its_task(monkeypatch)
         assert id_of(env, task) == told
     assert id_of(RigidEnv(mine.task), task) == PARK  # without a spec
     monkeypatch.setattr("rigid_envs.watch.replays.replay.ENVIRONMENTS", {})
-    with pytest.raises(ValueError, match=r"^env = Strange/Park-v0; expected an .* registered"):
-        id_of(env, task)
+    refuses(r"^env = Strange/Park-v0; expected an .* registered", id_of, env, task)
 
 
 def test_a_state_that_is_set_past_the_wrapper_is_noticed():
@@ -177,8 +174,7 @@ def test_a_state_that_is_set_past_the_wrapper_is_noticed():
     env.reset(seed=0)
     env.step(np.ones(2, dtype=np.float32))
     env.unwrapped.reset(seed=4)
-    with pytest.raises(ValueError, match="past RecordReplay"):
-        env.step(np.ones(2, dtype=np.float32))
+    refuses("past RecordReplay", env.step, np.ones(2, dtype=np.float32))
 
 
 def test_a_start_outside_an_episode_is_not_played_on():

@@ -17,6 +17,7 @@ from rigid_envs.scores.records import read_evaluation, read_record, read_results
 from rigid_envs.scores.trained import file_of, load, published
 from rigid_envs.tools.cli import main
 from tests.loading.readers import READERS
+from tests.refusals import refuses
 
 PROVENANCE = tuple(provenance())
 FORGED = "ppo |\n| forged"
@@ -214,8 +215,7 @@ def test_the_command_plays_results_again(saved, tmp_path, capsys):
 
 
 def test_a_name_that_could_not_be_read_again_is_refused_before_anything_is_played():
-    with pytest.raises(ValueError, match=r"^name = .*can be printed"):
-        evaluate(ID, lambda seen: 1 / 0, n=N, name="a\nb")
+    refuses(r"^name = .*can be printed", evaluate, ID, lambda seen: 1 / 0, n=N, name="a\nb")
 
 
 def test_the_id_of_a_result_is_one_that_is_registered_already(saved, tmp_path):

@@ -13,6 +13,7 @@ from agents.environments import make
 from agents.training.algorithms import check_fit
 from agents.training.trainer import train
 from rigid_envs.base.checks import ConfigError
+from tests.refusals import refuses
 
 CONFIGS = sorted((Path(__file__).parents[3] / "configs").glob("*.yaml"))
 
@@ -93,8 +94,7 @@ def test_every_entry_is_tried(algo):
     ],
 )
 def test_a_bad_value_is_refused_by_key_with_what_is_expected(algo, key, value):
-    with pytest.raises(ValueError, match=rf"^config\.{key}: {key} = .*; expected "):
-        config_from({"algo": algo, key: value})
+    refuses(rf"^config\.{key}: {key} = .*; expected ", config_from, {"algo": algo, key: value})
 
 
 @pytest.mark.parametrize(
@@ -209,8 +209,7 @@ def test_a_good_config_is_accepted_and_survives_its_own_yaml(values):
 
 def test_batches_must_divide_the_samples():
     why = r"^config\.batch_size: batch_size = 3000; expected a divisor of .* = 16384"
-    with pytest.raises(ValueError, match=why):
-        config_from({"batch_size": 3000})
+    refuses(why, config_from, {"batch_size": 3000})
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from agents.training.trainer import StopSignals, Trainer, train
 from rigid_envs.base.files import load_tensors
 from tests.agents.sessions import SAME, SMALL, assert_same_files, finish, start
 from tests.programs import python
+from tests.refusals import refuses
 
 PPO_ONLY = ("n_steps", "batch_size", "n_epochs")
 MEMORY = {"log_every": 512, "learning_starts": 2000, "batch_size": 64, "train_freq": 2,
@@ -301,8 +302,7 @@ def test_what_is_no_state_is_refused_and_no_stream_changes(kind):
     actions = np.random.default_rng(3)
     arrays, document = capture_random(streams(actions))
     bad = {**arrays, kind: np.zeros_like(arrays[kind][:7])}
-    with pytest.raises(ValueError, match=r"random = .*expected states"):
-        check_random(actions.bit_generator, bad, document)
+    refuses(r"random = .*expected states", check_random, actions.bit_generator, bad, document)
     restored, again = capture_random(streams(actions))
     assert again == document
     for name, array in arrays.items():

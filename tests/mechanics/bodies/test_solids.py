@@ -13,7 +13,7 @@ from rigid_envs.mechanics.bodies.body import Body
 from tests.mechanics.attitudes import EPS, quaternions
 from tests.mechanics.bodies.examples import ROUNDING, any_body, points, sizes
 from tests.reference import cases, every
-from tests.refusals import NO_SCALARS, refusal
+from tests.refusals import NO_SCALARS, refusal, refuses
 
 # Solids, points and what is composed of them, against references; what they refuse.
 
@@ -224,8 +224,7 @@ def test_radii_in_the_wrong_order_are_refused():
             getattr(bodies, name)(1.0, 2.0, 1.0)
     with pytest.raises(ValueError, match=r"^inner_radius = 2.0; .*outer_radius = 1.0 \[m\]"):
         bodies.hollow_cylinder(1.0, 2.0, 1.0, 3.0)
-    with pytest.raises(ValueError, match=r"^minor_radius = 2.0; .*major_radius = 1.0 \[m\]: swap"):
-        bodies.torus(1.0, 1.0, 2.0)
+    refuses(r"^minor_radius = 2.0; .*major_radius = 1.0 \[m\]: swap", bodies.torus, 1.0, 1.0, 2.0)
 
 
 @pytest.mark.parametrize(
@@ -239,8 +238,7 @@ def test_radii_in_the_wrong_order_are_refused():
     ],
 )
 def test_a_length_of_0_is_refused_by_the_name_of_the_body_that_is_left(make, message):
-    with pytest.raises(ValueError, match=f"^{message}"):
-        make()
+    refuses(f"^{message}", make)
 
 
 @pytest.mark.parametrize("size", [1.1e100, 1e200, 1e308])
@@ -298,8 +296,7 @@ def test_a_whole_has_the_sums_of_its_parts_about_any_point(parts):
     ],
 )
 def test_points_without_a_mass_or_a_place_are_refused(masses, positions, name):
-    with pytest.raises(ValueError, match=rf"(?s)^{name}\b.*expected"):
-        bodies.point_masses(masses, positions)
+    refuses(rf"(?s)^{name}\b.*expected", bodies.point_masses, masses, positions)
 
 
 def test_a_mass_that_is_not_positive_is_refused_by_index():
@@ -309,21 +306,18 @@ def test_a_mass_that_is_not_positive_is_refused_by_index():
 
 def test_corners_without_an_area_or_a_volume_are_refused():
     line = [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [0.1, 0.2, 0.3]]
-    with pytest.raises(ValueError, match=r"^vertices = .*not in line: move one"):
-        bodies.triangular_lamina(1.0, line)
+    refuses(r"^vertices = .*not in line: move one", bodies.triangular_lamina, 1.0, line)
     with pytest.raises(ValueError, match=r"^vertices = .*not in a plane: move one"):
         bodies.tetrahedron(1.0, [*line, [0.0, 1.0, 0.0]])
     for make, shape in ((bodies.triangular_lamina, (3, 2)), (bodies.tetrahedron, (3, 3))):
-        with pytest.raises(ValueError, match=r"^vertices has shape"):
-            make(1.0, np.zeros(shape))
+        refuses(r"^vertices has shape", make, 1.0, np.zeros(shape))
         with pytest.raises(ValueError, match=r"^mass = -1\.0"):
             make(-1.0, np.vstack([np.zeros(3), np.eye(3)])[: 3 + (make is bodies.tetrahedron)])
 
 
 def test_parts_that_are_nowhere_are_refused_by_index():
     body = bodies.rod(1.0, 1.0)
-    with pytest.raises(ValueError, match=r"^parts = \[\]; expected one"):
-        bodies.compose([])
+    refuses(r"^parts = \[\]; expected one", bodies.compose, [])
     with pytest.raises(ValueError, match=r"^parts\[1\]\.attitude has shape \(2,\)"):
         bodies.compose([(body, UPRIGHT, ORIGIN), (body, [1.0, 0.0], ORIGIN)])
     with pytest.raises(ValueError, match=r"^parts\[0\]\.position has shape \(2,\)"):

@@ -12,6 +12,7 @@ from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDyna
 from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.rolling_ball.controllers import roll_along
+from tests.refusals import refuses
 from tests.systems.claims import assert_within_limits_row_by_row
 from tests.systems.runs import bound, rows, run, still
 
@@ -215,16 +216,13 @@ def test_plans_of_a_batch_are_those_of_its_rows():
 
 
 def test_what_cannot_be_pushed_or_planned_is_refused():
-    with pytest.raises(ValueError, match=r"share = 1\.1"):
-        PushAlong(BALL, 4.0, 0.1, share=1.1)
+    refuses(r"share = 1\.1", PushAlong, BALL, 4.0, 0.1, share=1.1)
     with pytest.raises(ValueError, match=r"turntable_rate = 1.0; expected 0"):
         PushAlong(DynamicBall(turntable_rate=1.0), 4.0, 0.1)
     with pytest.raises(ValueError, match="expected a ball at rest, at the start"):
         PUSHER.plan(BALL.state(velocity=[0.1, 0.0]), polygons(1)[0])
-    with pytest.raises(ValueError, match=r"reach = 0\.0"):
-        roll_along(polygons(1), 0.0)
-    with pytest.raises(ValueError, match="rolls has shape"):
-        roll_along(np.zeros((3, 3)), 1.0)
+    refuses(r"reach = 0\.0", roll_along, polygons(1), 0.0)
+    refuses("rolls has shape", roll_along, np.zeros((3, 3)), 1.0)
 
 
 # BallParkDynamic and BallPlate: pushed along plans, held by a regulator, on a table that moves.

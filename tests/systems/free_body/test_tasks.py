@@ -36,6 +36,7 @@ from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxi
 from rigid_envs.systems.free_body.tasks.intermediate_axis_single import IntermediateAxisSingle
 from rigid_envs.systems.free_body.tasks.spin_capture import SpinCapture
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from tests.refusals import refuses
 from tests.systems.claims import assert_within_limits_row_by_row, spinning
 from tests.systems.runs import bound, run
 
@@ -186,10 +187,8 @@ def test_the_least_time_is_beaten_by_no_torque():
 
 
 def test_numbers_that_are_not_positive_are_refused():
-    with pytest.raises(ValueError, match=r"^torque = nan; expected a positive"):
-        least_slew_time(BODY, float("nan"), 1.0)
-    with pytest.raises(ValueError, match=r"^moments\[1\] = 0\.0; expected positive"):
-        slew_acceleration([1.0, 0.0, 3.0], TORQUE)
+    refuses(r"^torque = nan; expected a positive", least_slew_time, BODY, float("nan"), 1.0)
+    refuses(r"^moments\[1\] = 0\.0; expected positive", slew_acceleration, [1.0, 0.0, 3.0], TORQUE)
 
 
 IMPULSE = 0.5

@@ -8,6 +8,7 @@ from rigid_envs.systems.roller.controllers import Pump
 from rigid_envs.systems.roller.references import pump
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
+from tests.refusals import refuses
 from tests.systems.runs import bound, rows, run
 
 VALLEY = Roller(beta=0.4, curvature=0.3, g=9.81)
@@ -85,14 +86,10 @@ def test_actions_are_the_ends_of_the_box_for_each_row_as_alone():
 
 
 def test_what_cannot_be_pumped_is_refused():
-    with pytest.raises(ValueError, match=r"roller\.curvature = 0\.0"):
-        Pump(Roller(), 0.6, DT)
-    with pytest.raises(ValueError, match="expected rest, and not at the bottom"):
-        PUMP.least_passes([0.0, 0.0], 1.0)
-    with pytest.raises(ValueError, match="expected rest, and not at the bottom"):
-        PUMP.least_passes([0.4, 0.1], 1.0)
-    with pytest.raises(ValueError, match=r"beta_change = -0\.1"):
-        PUMP([0.4, 0.1], -0.1)
+    refuses(r"roller\.curvature = 0\.0", Pump, Roller(), 0.6, DT)
+    refuses("expected rest, and not at the bottom", PUMP.least_passes, [0.0, 0.0], 1.0)
+    refuses("expected rest, and not at the bottom", PUMP.least_passes, [0.4, 0.1], 1.0)
+    refuses(r"beta_change = -0\.1", PUMP, [0.4, 0.1], -0.1)
 
 
 GAIN = 10.0 / 7.0  # (1 + 1) / (1 + 2/5)

@@ -10,6 +10,7 @@ from rigid_envs.systems.rolling_ball import controllers
 from rigid_envs.systems.rolling_ball.references import quarter_rolls
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.reference import cases, every
+from tests.refusals import refuses
 from tests.systems.runs import bound
 
 # Straight rolls and plans of them: where they lead, by the closed form, and in how many steps.
@@ -209,8 +210,7 @@ def test_what_is_no_pose_or_no_ball_is_refused():
         controllers.three_rolls(HOME[0], HOME[0], radius=0.0)
     with pytest.raises(ValueError, match=r"^q = .*; expected length 1"):
         controllers.three_rolls([2.0, 0.0, 0.0, 0.0, 0.0, 0.0], HOME[0])
-    with pytest.raises(ValueError, match=r"shape \(5,\)"):
-        controllers.three_rolls(HOME[0], np.zeros(5))
+    refuses(r"shape \(5,\)", controllers.three_rolls, HOME[0], np.zeros(5))
 
 
 # The ball on its grid: Bellman's equation, parity, ways that lead home, and BallGrid.
@@ -329,17 +329,14 @@ def test_each_row_of_a_batch_is_treated_as_alone(policy):
 
 def test_what_has_no_way_is_refused(policy):
     tipped = BALL.state(q=controllers.attitudes()[1])
-    with pytest.raises(ValueError, match="expected a pose from which quarter rolls lead"):
-        policy(tipped)
+    refuses("expected a pose from which quarter rolls lead", policy, tipped)
     assert policy.moves(tipped) == -1
-    with pytest.raises(ValueError, match=r"^offset_from_grid = .*; expected"):
-        policy(BALL.state(position=[0.5, 0.0]))
+    refuses(r"^offset_from_grid = .*; expected", policy, BALL.state(position=[0.5, 0.0]))
     with pytest.raises(ValueError, match=r"^offset_from_grid = .*; expected"):
         policy(BALL.state(q=rotations.exp([1e-3, 0.0, 0.0])))
     with pytest.raises(ValueError, match=r"^cells_to_goal = 7; expected at most"):
         policy(BALL.state(position=[0.35 * np.pi * 7, 0.0]))
-    with pytest.raises(ValueError, match="reach = -1"):
-        controllers.QuarterRolls(BALL, -1)
+    refuses("reach = -1", controllers.QuarterRolls, BALL, -1)
 
 
 TASK = "rigid_envs.systems.rolling_ball.tasks:BallGrid"

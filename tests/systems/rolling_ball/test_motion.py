@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.reference import cases, every
+from tests.refusals import refuses
 from tests.systems.measures import Refined
 
 # Closed forms of a ball that rolls along curves, and brackets of its fields and the coin's.
@@ -290,8 +291,7 @@ def test_integrable_fields_never_grow():
     # Both keep z - x y: [along, across] = 0.
     growth = rolling_ball.growth_vector((along, across), (0.2, 0.4, -1.0), 3)
     assert growth == (2, 2, 2)
-    with pytest.raises(ValueError, match="cannot be steered everywhere"):
-        rolling_ball.degree_of_nonholonomy(growth, 3)
+    refuses("cannot be steered everywhere", rolling_ball.degree_of_nonholonomy, growth, 3)
 
 
 # The rolling ball along segments and curves, under a plate that moves and over a plane that moves.

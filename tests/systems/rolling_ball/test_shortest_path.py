@@ -15,6 +15,7 @@ from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.rolling_ball import elastica
 from rigid_envs.systems.rolling_ball.controllers import three_rolls
 from rigid_envs.systems.rolling_ball.shortest_path import ShortestPath, shortest_path
+from tests.refusals import refuses
 from tests.systems.measures import seeds
 
 # Rolling along elasticae, against closed forms, another integrator and differences.
@@ -417,9 +418,7 @@ def test_a_path_that_coarse_polygons_lead_past_is_found():
 def test_what_has_no_path_or_too_few_sides_is_refused():
     with pytest.raises(ValueError, match=r"^(start|goal) has shape \(2, 6\); expected \(6,\)"):
         shortest_path(np.tile(HOME, (2, 1)), HOME)
-    with pytest.raises(ValueError, match="radius = -1"):
-        shortest_path(HOME, HOME, radius=-1.0)
-    with pytest.raises(ValueError, match=r"n = 0; expected an integer of at least 1"):
-        planned(FEW)[0].states(0)
+    refuses("radius = -1", shortest_path, HOME, HOME, radius=-1.0)
+    refuses(r"n = 0; expected an integer of at least 1", planned(FEW)[0].states, 0)
     with pytest.raises(ArithmeticError, match="n = 2 sides"):
         planned(FEW)[0].rolls(2)

@@ -18,6 +18,7 @@ from rigid_envs.systems.rolling_disk.controllers import (
 from rigid_envs.systems.rolling_disk.references import circle_regulator
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, DiskRollRandom, threshold
+from tests.refusals import refuses
 from tests.systems.claims import assert_within_limits_row_by_row
 from tests.systems.runs import bound, rows, run, still
 
@@ -188,8 +189,7 @@ def test_a_disk_that_stands_is_held_as_it_leans():
 
 
 def test_bad_numbers_are_refused():
-    with pytest.raises(ValueError, match="lies flat"):
-        controller_of("disk")(RollingDisk.state(q=[1.0, 0.0, 0.0, 0.0]), 0.1)
+    refuses("lies flat", controller_of("disk"), RollingDisk.state(q=[1.0, 0.0, 0.0, 0.0]), 0.1)
 
 
 # DiskRoll: disks that fall or stand by themselves, and disks that are led round circles.
