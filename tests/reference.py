@@ -19,8 +19,7 @@ Case = dict[str, Any]
 def all_cases():
     """Return the cases of all kinds."""
     path = Path(__file__).parent / "data" / "reference_cases.json"
-    found = json.loads(path.read_text(encoding="utf-8"))["cases"]
-    return found
+    return json.loads(path.read_text(encoding="utf-8"))["cases"]
 
 
 @cache

@@ -261,7 +261,6 @@ def test_tables_of_a_page_are_those_of_registry_and_data(page):
 @each_id
 def test_reference_scores_are_the_data(env_id):
     text, found = sections_of(env_id)["Reference score"], best_known(env_id)
-    assert found is not None
     (rows,) = tables_of(text)
     assert [row["Policy"] for row in rows] == list(found.policies)
     assert list(found.policies) == [*ENVIRONMENTS[env_id].controllers, "zero", "random"]

@@ -82,8 +82,7 @@ def test_a_mutant_differs_from_the_source_by_one_sign():
             "Vector": SimpleNamespace,
         }
         exec(source, scope)
-        result = scope["f"]((3.0, 5.0), 7.0)
-        return result
+        return scope["f"]((3.0, 5.0), 7.0)
 
     right = value(SOURCE)
     assert right == 3.0 * 14.0 - 49.0 - 504.0

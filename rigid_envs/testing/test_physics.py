@@ -401,7 +401,6 @@ def action_of(env_id, point):
 
 def transformed(task, point, rng):
     """A point under random elements of all symmetries, and the same change for other points."""
-    assert task.reduction is not None
     drawn = [(symmetry, symmetry.draw(rng, N)) for symmetry in task.reduction.symmetries]
 
     def change(other):
@@ -471,8 +470,7 @@ def test_the_reduced_observation_is_invariant(env_id, task):
 
 def reduced_part(task, envs):
     """Observations of all rows without the goals, which a symmetry changes."""
-    core = envs
-    return np.array(flat(core._core.observations)[:, 2 * task.n_goal :])
+    return np.array(flat(envs._core.observations)[:, 2 * task.n_goal :])
 
 
 @in_full(IDS)
@@ -515,8 +513,7 @@ def test_the_reduced_frame_changes_no_motion(env_id, task):
     turned, given = under_way(env_id, frame="reduced"), under_way(env_id)
     given.set_state(turned.get_state())
     results = turned.step(actions(env_id, 1, N, seed=5)[0])
-    core = turned
-    last = np.stack([core._core.moment(row).action for row in range(N)])
+    last = np.stack([turned._core.moment(row).action for row in range(N)])
     columns = Point((), (), {}, task.episode.Action(*last.T))
     images = given.step(action_of(env_id, columns))
     assert_same_bits(turned.get_state(), given.get_state())

@@ -106,7 +106,6 @@ def _drones(source, folder):
     command = ["gcc", "-w", *_FLAGS, *(f"-I{path}" for path in include), *map(str, files)]
     subprocess.run([*command, "-o", str(library)], check=True)
     spec = importlib.util.spec_from_file_location(_BINDING, library)
-    assert spec is not None and spec.loader is not None
     sys.modules[_BINDING] = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(sys.modules[_BINDING])
     sys.path.insert(0, str(source))

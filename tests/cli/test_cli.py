@@ -35,8 +35,7 @@ def said(capsys, *words):
 
 
 def task_of(env_id):
-    task = gymnasium.make(env_id).unwrapped.task
-    return task
+    return gymnasium.make(env_id).unwrapped.task
 
 
 def section(text, title):

@@ -125,8 +125,7 @@ def _output(command, folder):
 
 def _result(told):
     """The last line that is a JSON object."""
-    found = json.loads([line for line in told.splitlines() if line.startswith("{")][-1])
-    return found
+    return json.loads([line for line in told.splitlines() if line.startswith("{")][-1])
 
 
 def _processor_seconds():

@@ -218,11 +218,10 @@ def test_delayed_actions_go_on_in_the_other_frame():
     rest = np.zeros(2, dtype=np.float32)
     first.step(rest)
     for env in worlds[1:]:
-        other = env
-        other.set_state(state)
-        other.step(rest)
+        env.set_state(state)
+        env.step(rest)
         for name, part in first.get_state().items():
-            np.testing.assert_array_equal(other.get_state()[name], part)
+            np.testing.assert_array_equal(env.get_state()[name], part)
 
 
 def test_a_task_without_symmetries_refuses_the_reduced_frame():

@@ -109,7 +109,6 @@ def play(env, model, choices, tolerance):
     Returns:
         Whether the last step was a success.
     """
-    assert env.spec is not None
     success = False
     for n, action in enumerate(choices, 1):
         expected, truncated = step(env, model, action, tolerance)

@@ -1,7 +1,6 @@
 """Every figure of the gallery and its motion: its numbers hold, and it is the same each time."""
 
 import struct
-from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -24,7 +23,7 @@ def each(names):
 
 @pytest.fixture(scope="module", params=each(FIGURES))
 def drawn(request):
-    with rc_context(cast(Any, STYLE)):
+    with rc_context(STYLE):
         figure, numbers = compose(FIGURES[request.param])
         canvas = FigureCanvasAgg(figure)
         canvas.draw()

@@ -24,8 +24,7 @@ DOCS = ROOT / "docs" / "gallery"
 
 @pytest.fixture(scope="module")
 def document():
-    loaded = json.loads((DOCS / DATA).read_text())
-    return loaded
+    return json.loads((DOCS / DATA).read_text())
 
 
 def test_pictures_are_as_new_as_what_draws_them(document):

@@ -40,8 +40,7 @@ def folder(tmp_path, results):
 
 
 def result(folder, name):
-    found = json.loads((folder / "below" / f"{name}.json").read_text())
-    return found
+    return json.loads((folder / "below" / f"{name}.json").read_text())
 
 
 def test_the_most_efficient_comes_first_and_the_plot_is_there(folder, capsys):
@@ -282,7 +281,6 @@ def test_every_row_has_its_point_and_its_interval_beside_the_name_of_its_id(rows
 def test_policies_are_told_from_one_another_and_named_in_the_legend(rows):
     (axes,) = leaderboard.draw(rows).axes
     legend = axes.get_legend()
-    assert legend is not None
     names = [text.get_text() for text in legend.get_texts()]
     assert "reference controller" in names and len(set(names)) == len(names) == len(axes.lines)
     assert {(line.get_color(), line.get_marker()) for line in axes.lines} == {

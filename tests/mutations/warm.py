@@ -71,7 +71,6 @@ class WarmPython:
             order: Tests to run, in this order, of all that the arguments name; None for all.
             measured: Patterns of files of which the lines that each test reaches are noted.
         """
-        assert self._process.stdin is not None and self._process.stdout is not None
         request = {"words": [*_PYTEST, *words], "limit": limit, "order": order}
         self._process.stdin.write(json.dumps({**request, "measured": list(measured)}) + "\n")
         self._process.stdin.flush()
@@ -82,7 +81,6 @@ class WarmPython:
 
     def close(self):
         """End it."""
-        assert self._process.stdin is not None and self._process.stdout is not None
         self._process.stdin.close()
         self._process.stdout.close()
         self._process.wait()

@@ -211,7 +211,6 @@ def test_what_was_played_is_saved_as_a_replay(tmp_path, monkeypatch):
 
     monkeypatch.setattr(GameWindow, "run", steered)
     path = play(PARK, 3, {"radius": 0.4}, SIZE, tmp_path / "mine")
-    assert path is not None
     replay = load_replay(path)
     assert [episode.label for episode in replay.episodes] == ["you", "you"]
     one, other = replay.episodes

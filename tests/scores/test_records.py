@@ -4,7 +4,6 @@ import json
 import locale
 import shutil
 from dataclasses import fields, replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -74,7 +73,6 @@ def test_records_of_other_formats_and_starts_are_refused(about, changed, tmp_pat
 def test_what_figures_come_from_is_told_in_full_by_every_file_of_figures(kind, part, names, file):
     whole = json.loads(file.read_text())
     assert READERS[kind].read(file)
-    wrong: dict[str, Any]
     for name in names:
         for wrong in ({}, {name: [{}]}):
             told = whole[part] if part else whole
@@ -88,7 +86,6 @@ def test_what_figures_come_from_is_told_in_full_by_every_file_of_figures(kind, p
 def test_figures_of_no_version_of_this_library_are_refused(kind, file):
     whole = json.loads(file.read_text())
     told = whole.get("provenance", whole)
-    wrong: dict[str, Any]
     for wrong in ({}, {"rigid-envs": [{}]}):
         told["versions"] = wrong
         write_document(file, whole)

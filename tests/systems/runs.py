@@ -67,8 +67,7 @@ def bound(factory):
 
 def rows(task, n, **config):
     """N rows of a task of ``system.tasks:Task``, in their first episode, without a time limit."""
-    envs = fresh(RigidVectorEnv(f"rigid_envs.systems.{task}", n, **config))
-    return envs
+    return fresh(RigidVectorEnv(f"rigid_envs.systems.{task}", n, **config))
 
 
 def still(envs):

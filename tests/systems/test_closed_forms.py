@@ -140,8 +140,7 @@ def numbers_of(result):
 
 def form_of(name):
     module, _, function = name.partition(".")
-    form = getattr(ROOMS[module], function)
-    return form
+    return getattr(ROOMS[module], function)
 
 
 def arguments_of(name):
