@@ -6,9 +6,9 @@ import decimal
 import fractions
 import math
 import pathlib
+import re
 from collections import ChainMap
 from dataclasses import fields
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -309,17 +309,18 @@ REFUSALS = (ValueError, gym.error.Error)  # the latter where Gymnasium prescribe
 N = 3
 
 
-class Unprintable:
-    def __repr__(self):
-        raise RuntimeError("no repr")
+class Hostile:
+    """An object all of whose own code fails."""
+
+    def _fail(self, *_, **__):
+        raise RuntimeError
+
+    __repr__ = __eq__ = __hash__ = __bool__ = __index__ = __float__ = __array__ = _fail
 
 
-class NoArray:
-    def __array__(self, *_, **__):
-        raise RuntimeError("no array")
+class NoMapping(dict):
+    """What it holds cannot be unpacked, which is refused without its name."""
 
-
-class NoMapping(dict[Any, Any]):
     def items(self):
         return [(1, 2, 3)]
 
@@ -336,7 +337,7 @@ def things():
     arrays = [np.array(x) for x in (3, [], [1, 2], ["x"], [None], [1j], [True], [np.nan])]
     odd = [np.zeros((3, 0)), np.zeros(10**6), np.array([(1,)], dtype=[("x", int)])]
     masked = [np.ma.array([1.0], mask=[True]), np.recarray((1,), dtype=[("x", float)])]
-    objects = [None, object(), Unprintable(), NoArray(), type, np, Ellipsis, NotImplemented]
+    objects = [None, object(), Hostile(), [Hostile()], type, np, Ellipsis, NotImplemented]
     more = [lambda: 1, np.random.default_rng(0), pathlib.Path(), fractions.Fraction(1, 2)]
     few = [decimal.Decimal("1.5")]
     return [
@@ -352,30 +353,43 @@ def hashable(thing):
     """The thing, as a key; a name that nothing has where it cannot be one."""
     try:
         hash(thing)
-    except TypeError:
+    except (TypeError, RuntimeError):
         return "unhashable"
     return thing
 
 
 def calls(env):
-    """Everything that takes an argument, by name."""
+    """Everything that takes an argument, by name, with the words that a refusal has for it."""
     component = next(iter(env.task.system_type.components))
-    parameter = next(iter(env.task.physical_parameters()), "none")
-    return {
-        "seed": lambda x: env.reset(seed=x),
-        "options": lambda x: env.reset(options=x),
-        "option": lambda x: env.reset(options={hashable(x): 1.0}),
-        "mask": lambda x: env.reset(seed=1, options={"reset_mask": x}),
-        "state": lambda x: env.reset(seed=1, options={"state": x}),
-        "component": lambda x: env.reset(options={"state": {component: x}}),
-        "component name": lambda x: env.reset(options={"state": {hashable(x): 1.0}}),
-        "params": lambda x: env.reset(seed=1, options={"params": x}),
-        "parameter": lambda x: env.reset(options={"params": {parameter: x}}),
-        "step": env.step,
-        "set_state": env.set_state,
-        "part": lambda x: env.set_state({**env.get_state(), "clock": x}),
-        "auxiliary": env.auxiliary,
+    parameter = next(iter(env.task.physical_parameters()), "params")
+    found = {
+        "seed": ("eed", lambda x: env.reset(seed=x)),  # Seed, as Gymnasium says it
+        "options": ("options", lambda x: env.reset(options=x)),
+        "option": ("option", lambda x: env.reset(options={hashable(x): 1.0})),
+        "mask": ("reset_mask", lambda x: env.reset(seed=1, options={"reset_mask": x})),
+        "state": ("state", lambda x: env.reset(seed=1, options={"state": x})),
+        "component": (f"{component}|state", lambda x: env.reset(options={"state": {component: x}})),
+        "component name": (
+            "component",
+            lambda x: env.reset(options={"state": {hashable(x): 1.0}}),
+        ),
+        "params": ("params", lambda x: env.reset(seed=1, options={"params": x})),
+        "parameter": (
+            f"{parameter}|config.dt",
+            lambda x: env.reset(options={"params": {parameter: x}}),
+        ),
+        "step": ("action|first reset", env.step),
+        "set_state": ("state", env.set_state),
+        "part": ("clock", lambda x: env.set_state({**env.get_state(), "clock": x})),
+        "auxiliary": ("name", env.auxiliary),
     }
+    if env.task.n_goal:
+        goal = np.zeros(env.task.n_goal)
+        found["achieved"] = ("goal", lambda x: env.compute_reward(x, goal, {}))
+        found["desired"] = ("goal", lambda x: env.compute_reward(goal, x, {}))
+    if hasattr(env, "num_envs"):
+        found["row"] = ("row", env.moment)
+    return found
 
 
 def generator_of(env):
@@ -393,9 +407,11 @@ def check_calls(make, chosen, begun):
             if begun:
                 env.reset(seed=0)
             before, (generator, drawn) = env.get_state(), generator_of(env)
+            words, call = calls(env)[name]
             try:
-                calls(env)[name](given[k])
-            except REFUSALS:
+                call(given[k])
+            except REFUSALS as error:
+                assert re.search(words, str(error)) or isinstance(given[k], NoMapping), error
                 assert_same_bits(env.get_state(), before, f"{name} {k}")
                 assert generator_of(env)[0] is generator
                 assert generator_of(env)[1] == drawn
@@ -436,6 +452,7 @@ def test_arguments_of_the_wrong_kind_are_refused_as_values():
                 }
                 try:
                     kind(**keywords)
-                except ValueError:
+                except ValueError as error:
+                    assert name in str(error) or isinstance(thing, NoMapping)
                     continue
                 assert name != "task"
