@@ -369,10 +369,7 @@ def calls(env):
         "mask": ("reset_mask", lambda x: env.reset(seed=1, options={"reset_mask": x})),
         "state": ("state", lambda x: env.reset(seed=1, options={"state": x})),
         "component": (f"{component}|state", lambda x: env.reset(options={"state": {component: x}})),
-        "component name": (
-            "component",
-            lambda x: env.reset(options={"state": {hashable(x): 1.0}}),
-        ),
+        "component name": ("component", lambda x: env.reset(options={"state": {hashable(x): 1.0}})),
         "params": ("params", lambda x: env.reset(seed=1, options={"params": x})),
         "parameter": (
             f"{parameter}|config.dt",

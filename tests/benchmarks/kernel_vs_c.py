@@ -20,15 +20,12 @@ from pathlib import Path
 import numba
 import numpy as np
 
+from rigid_envs import systems
 from rigid_envs.base.checks import Array
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.engine.rows import LANES, integrate
 from rigid_envs.mechanics import rotations
 from rigid_envs.mechanics.system import System
-from rigid_envs.systems.free_body.system import FreeBody
-from rigid_envs.systems.heavy_top.system import HeavyTop
-from rigid_envs.systems.rolling_ball.system import RollingBall
-from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.tasks.task import aligned_zeros
 from rigid_envs.tools.bench.measuring import Workload, time_interleaved
 from rigid_envs.tools.pages.tables import table
@@ -106,10 +103,10 @@ class Case:
 
 
 CASES = {
-    "free body": Case(FreeBody(), "free_body.c", _turning, 0.1),
-    "heavy top": Case(HeavyTop(), "heavy_top.c", _spinning, 0.05),
-    "rolling ball": Case(RollingBall(), "rolling_ball.c", _rolling, 0.1),
-    "rolling disk": Case(RollingDisk(), "rolling_disk.c", _upright, 0.05 / 3.0),
+    "free body": Case(systems.FreeBody(), "free_body.c", _turning, 0.1),
+    "heavy top": Case(systems.HeavyTop(), "heavy_top.c", _spinning, 0.05),
+    "rolling ball": Case(systems.RollingBall(), "rolling_ball.c", _rolling, 0.1),
+    "rolling disk": Case(systems.RollingDisk(), "rolling_disk.c", _upright, 0.05 / 3.0),
 }
 """By name; the steps are those of the environments."""
 

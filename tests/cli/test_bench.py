@@ -141,7 +141,7 @@ def test_three_digits_are_shown_and_the_unit_that_they_need():
     ]
     assert [_speed(each).split()[0] for each in speeds] == ["40k", "999k", "1M", "1.23M", "12M"]
     assert [as_time(each) for each in (45.64e-9, 999.9e-9, 1e-6, 1.234e-6)] == [
-        *("45.6 ns", "999.9 ns", "1.00 us", "1.23 us"),
+        *("45.6 ns", "999.9 ns", "1.00 us", "1.23 us")
     ]
     factors = [as_factor(each) for each in (0.1234, 4.75, 999.4, 999.6, 12345.6)]
     assert factors == ["0.123 x", "4.75 x", "999 x", "1000 x", "12346 x"]

@@ -7,15 +7,13 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from rigid_envs import systems
 from rigid_envs.base.checks import MissingPackageError
 from rigid_envs.control import predictive
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.dynamic_ball.controllers import HeldBall
-from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.free_body.controllers import HeldSpin
-from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top.controllers import BalancedTop
-from rigid_envs.systems.heavy_top.system import HeavyTop
 from tests.refusals import refuses
 
 A = np.array([[1.0, 0.1], [0.0, 1.0]])  # a double integrator of period 0.1 s
@@ -151,9 +149,9 @@ def test_numbers_outside_their_range_are_refused(make, message):
 casadi = pytest.importorskip("casadi")
 PRICE = 0.1
 H, K = 0.1, 20
-BODY = FreeBody(1.0, 2.0, 3.0)
-TOP = HeavyTop(1.2, 1.2, 0.6, m=0.8, g=9.5, ell=0.13)
-BALL = DynamicBall(radius=0.8, beta=0.5, turntable_rate=0.3)
+BODY = systems.FreeBody(1.0, 2.0, 3.0)
+TOP = systems.HeavyTop(1.2, 1.2, 0.6, m=0.8, g=9.5, ell=0.13)
+BALL = systems.DynamicBall(radius=0.8, beta=0.5, turntable_rate=0.3)
 SPIN = HeldSpin(BODY, 1.0, 0.2)
 BALANCE = BalancedTop(TOP, 3.0)
 TABLE = HeldBall(BALL, 0.4, 0.1, 0.1)
@@ -342,7 +340,7 @@ def test_the_table_can_always_stop_within_its_limit():
 
 
 def test_tops_without_symmetry_and_numbers_that_are_none_are_refused():
-    refuses("expected a symmetric top, I1 = I2", BalancedTop, HeavyTop(1.0, 1.1, 0.5), 3.0)
+    refuses("expected a symmetric top, I1 = I2", BalancedTop, systems.HeavyTop(1.0, 1.1, 0.5), 3.0)
     with pytest.raises(ValueError, match=r"^intervals\[1\] = -0\.1; expected positive"):
         predictive.PredictiveControl(SPIN, (0.1, -0.1))
     controller = predictive.PredictiveControl(TABLE, (0.1,))

@@ -10,27 +10,25 @@ import pytest
 from rigid_envs import control, systems
 from rigid_envs.control.predictive import CrossEntropyChoices, PathIntegral
 from rigid_envs.systems.dynamic_ball import controllers as dynamic_ball
-from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.free_body import controllers as free_body
-from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top import controllers as heavy_top
-from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.roller import controllers as roller
-from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_ball import controllers as rolling_ball
-from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_disk import controllers as rolling_disk
-from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.systems.upright_coin import controllers as upright_coin
-from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.refusals import NO_SCALARS, refusal
 
-BODY, TOP, BALL, MOVED = FreeBody(1.0, 2.0, 3.0), HeavyTop(), RollingBall(), DynamicBall()
+BODY, TOP, BALL, MOVED = (
+    systems.FreeBody(1.0, 2.0, 3.0),
+    systems.HeavyTop(),
+    systems.RollingBall(),
+    systems.DynamicBall(),
+)
 MAY_BE_ZERO = {"Pump.dt", "QuarterRolls.reach", "PathIntegral.correlation"}
 CONTROLLERS = (
     heavy_top.AsymmetricBalance(TOP, 0.3, 0.05, 3.0),
     heavy_top.BalancedTop(TOP, 3.0),
-    rolling_disk.CircleRegulator(RollingDisk(), 1.0, 0.05),
+    rolling_disk.CircleRegulator(systems.RollingDisk(), 1.0, 0.05),
     CrossEntropyChoices(8, 5, 3),
     rolling_ball.DampedFollower(BALL, 1.0),
     free_body.EnergyCasimir(BODY, 1.0, 0.2),
@@ -45,14 +43,14 @@ CONTROLLERS = (
     dynamic_ball.PlateRegulator(MOVED, 0.4, 0.1),
     heavy_top.PrecessionRegulator(TOP, 0.3, 0.05, (0.4, 0.8), (8.0, 9.0)),
     rolling_ball.QuarterRolls(BALL, 2),
-    roller.Pump(Roller(curvature=0.3), 0.9, 0.05),
+    roller.Pump(systems.Roller(curvature=0.3), 0.9, 0.05),
     dynamic_ball.PushAlong(MOVED, 0.5, 0.1),
     free_body.QuaternionPD(BODY, 0.3),
     free_body.SeparatrixSteering(BODY, 1.0, 0.2, 0.05),
     free_body.SingleTorque(BODY, 1.0, 0.2),
     free_body.SpinRegulator(BODY, 1.0, 0.2, 0.05),
     free_body.TimedFlip(BODY, 1.0, 0.5),
-    upright_coin.TwoRolls(UprightCoin(), 0.3, 0.5),
+    upright_coin.TwoRolls(systems.UprightCoin(), 0.3, 0.5),
     heavy_top.UprightBalance(TOP, 0.3, 0.05),
 )
 NUMERIC = (float, int, "float", "int")  # a string where annotations are not evaluated

@@ -22,12 +22,8 @@ from tests.programs import printed
 # Importing the package registers its ids with Gymnasium.
 
 
-def test_import_registers_every_id_under_the_namespace():
-    registered = {name for name in gym.registry if name.startswith("RigidEnvs/")}
-    assert registered == set(IDS)
-
-
-def test_registration_again_changes_nothing():
+def test_import_registers_every_id_under_the_namespace_and_again_changes_nothing():
+    assert {name for name in gym.registry if name.startswith("RigidEnvs/")} == set(IDS)
     before = {env_id: gym.registry[env_id] for env_id in IDS}
     importlib.reload(rigid_envs)
     assert {env_id: gym.registry[env_id] for env_id in IDS} == before

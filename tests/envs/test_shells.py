@@ -169,10 +169,7 @@ def test_wrong_fields_of_the_camera_are_refused_by_name(field, value):
 def test_human_mode_renders_in_each_reset_and_step_and_no_other_mode_does(kind, monkeypatch):
     for mode, counts in (("human", [1, 2, 3, 4]), ("rgb_array", [0] * 4)):
         rows = {"num_envs": 2} if kind is RigidVectorEnv else {}
-        env, shown = (
-            kind(PARK, render_mode=mode, **rows),
-            [],
-        )
+        env, shown = (kind(PARK, render_mode=mode, **rows), [])
         monkeypatch.setattr(env, "render", lambda shown=shown: shown.append(True))
         found, still = [], np.zeros(env.action_space.shape, np.float32)
         for act in (env.reset, lambda: env.step(still), lambda: env.step(still), env.reset):  # noqa: B023

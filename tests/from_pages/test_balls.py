@@ -53,10 +53,7 @@ def test_a_ball_that_parks_does_what_its_page_says(kind, settings):
 
 @pytest.mark.parametrize(
     ("kind", "delay"),
-    [
-        *((kind, 0) for kind in POSES),
-        *(pytest.param(kind, 1, marks=long) for kind in POSES),
-    ],
+    [*((kind, 0) for kind in POSES), *(pytest.param(kind, 1, marks=long) for kind in POSES)],
 )
 def test_the_reduced_frame_of_parking_is_that_of_the_page(kind, delay):
     side_by_side.play_many(kind, 40, ROOTS, n=4, frame="reduced", action_delay=delay)

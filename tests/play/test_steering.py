@@ -10,15 +10,7 @@ from rigid_envs.envs.spaces import action_space
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
-from rigid_envs.watch.play.steering import (
-    RIGHT,
-    TWIST,
-    UP,
-    blended,
-    dead,
-    keys,
-    steering_of,
-)
+from rigid_envs.watch.play.steering import RIGHT, TWIST, UP, blended, dead, keys, steering_of
 from tests.refusals import refuses
 
 FROM_SOUTH = -90.0  # azimuth of a camera that sees +X to the right and +Y away from it

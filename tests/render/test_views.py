@@ -8,21 +8,18 @@ import pytest
 
 from rigid_envs import systems
 from rigid_envs.mechanics.bodies import solids as bodies
-from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDynamic
-from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
-from rigid_envs.systems.free_body.tasks.axis_flip import AxisFlip
-from rigid_envs.systems.free_body.tasks.detumble import Detumble
-from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxis
-from rigid_envs.systems.free_body.tasks.reorient import Reorient
-from rigid_envs.systems.free_body.tasks.spin_capture import SpinCapture
+from rigid_envs.systems.dynamic_ball.tasks import BallParkDynamic, BallPlate
+from rigid_envs.systems.free_body.tasks import (
+    AxisFlip,
+    Detumble,
+    IntermediateAxis,
+    Reorient,
+    SpinCapture,
+)
 from rigid_envs.systems.free_body.view import sides
-from rigid_envs.systems.heavy_top.tasks.pivot_top import PivotTop
-from rigid_envs.systems.heavy_top.tasks.sleeping_top import SleepingTop
-from rigid_envs.systems.heavy_top.tasks.top_precession import TopPrecession
+from rigid_envs.systems.heavy_top.tasks import PivotTop, SleepingTop, TopPrecession
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
-from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
-from rigid_envs.systems.rolling_ball.tasks.ball_park_goal import BallParkGoal
-from rigid_envs.systems.rolling_ball.tasks.ball_steer import BallSteer
+from rigid_envs.systems.rolling_ball.tasks import BallPark, BallParkGoal, BallSteer
 from rigid_envs.systems.rolling_ball.view import OUTSIDE
 from rigid_envs.systems.rolling_disk.dynamics import State as DiskState
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, rolling

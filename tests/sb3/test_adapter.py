@@ -157,7 +157,7 @@ def test_what_wrappers_do_not_have_is_that_of_the_environment_behind_them():
 def test_an_entry_of_some_rows_is_in_the_infos_of_those_alone():
     columns = {"a": np.array([1, 2, 3]), "_a": np.array([True, False, True]), "b": np.arange(3.0)}
     assert split(columns, np.array([0, 1, 2])) == [
-        *({"a": 1, "b": 0.0}, {"b": 1.0}, {"a": 3, "b": 2.0}),
+        *({"a": 1, "b": 0.0}, {"b": 1.0}, {"a": 3, "b": 2.0})
     ]
     assert split(columns, np.array([2, 0])) == [{"a": 3, "b": 2.0}, {"a": 1, "b": 0.0}]
     assert split(columns, np.array([1])) == [{"b": 1.0}]

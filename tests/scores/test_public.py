@@ -277,10 +277,7 @@ REFUSED = [
     ({"env": TwoParts(), "config": 3}, "config = 3; expected none beside env"),
     ({"env": gym.make(TOP), "config": {"dt": 0.1}}, "expected none beside env"),
     ({"env": gym.make(GRID)}, f"env = {GRID}; expected one of {TOP}"),
-    (
-        {"env": STAYS},
-        "expected rows that start anew",
-    ),
+    ({"env": STAYS}, "expected rows that start anew"),
     ({"env": gym.make(TOP), "policy": "lqr"}, "expected native rows for lqr"),
     ({"name": 3}, "name = 3; expected None or a text"),
     ({"progress": 3}, "progress = 3; expected a function"),

@@ -3,22 +3,16 @@
 import numpy as np
 import pytest
 
+from rigid_envs import systems
 from rigid_envs.mechanics import rotations
-from rigid_envs.systems.dynamic_ball.system import DynamicBall
-from rigid_envs.systems.free_body.system import FreeBody
-from rigid_envs.systems.heavy_top.system import HeavyTop
-from rigid_envs.systems.roller.system import Roller
-from rigid_envs.systems.rolling_ball.system import RollingBall
-from rigid_envs.systems.rolling_disk.system import RollingDisk
-from rigid_envs.systems.upright_coin.system import UprightCoin
 
-BODY = FreeBody(1.1, 1.7, 2.3)
-TOP = HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13)
-BALL = RollingBall(0.7)
-PLATE = DynamicBall(m=1.2, radius=0.8, beta=0.55, g=9.6, turntable_rate=0.7)
-DISK = RollingDisk(m=5.0, radius=0.7, I1=1.4, I3=2.0, g=2.5)
-COIN = UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5, slope=0.3)
-ROLLER = Roller(m=1.1, radius=0.7, beta=0.45, g=9.5, slope=0.4, curvature=0.3, mu=0.6)
+BODY = systems.FreeBody(1.1, 1.7, 2.3)
+TOP = systems.HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13)
+BALL = systems.RollingBall(0.7)
+PLATE = systems.DynamicBall(m=1.2, radius=0.8, beta=0.55, g=9.6, turntable_rate=0.7)
+DISK = systems.RollingDisk(m=5.0, radius=0.7, I1=1.4, I3=2.0, g=2.5)
+COIN = systems.UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5, slope=0.3)
+ROLLER = systems.Roller(m=1.1, radius=0.7, beta=0.45, g=9.5, slope=0.4, curvature=0.3, mu=0.6)
 SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, COIN, ROLLER)
 TURNING = tuple(system for system in SYSTEMS if "q" in system.components)
 

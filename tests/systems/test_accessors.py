@@ -8,11 +8,9 @@ import pytest
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
+from rigid_envs import systems
 from rigid_envs.systems.dynamic_ball import dynamics as dynamic_ball
 from rigid_envs.systems.dynamic_ball.dynamics import LEVEL
-from rigid_envs.systems.free_body.system import FreeBody
-from rigid_envs.systems.heavy_top.system import HeavyTop
-from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.refusals import refuses
 from tests.systems.examples import (
     BALL,
@@ -137,8 +135,8 @@ def test_friction_turns_a_roller_of_larger_ratio_harder():
 
 def test_the_critical_spin_is_the_sleeping_threshold():
     # Goldstein, Poole & Safko, example of section 5.7: I3^2 omega3^2 = 4 I1 m g ell.
-    assert HeavyTop().critical_spin == pytest.approx(4.0, rel=1e-15)
-    top = HeavyTop(1.2, 1.2, 0.3, m=2.0, g=9.0, ell=0.1)
+    assert systems.HeavyTop().critical_spin == pytest.approx(4.0, rel=1e-15)
+    top = systems.HeavyTop(1.2, 1.2, 0.3, m=2.0, g=9.0, ell=0.1)
     assert 0.09 * top.critical_spin**2 == pytest.approx(4.0 * 1.2 * 1.8, rel=1e-15)
 
 
@@ -185,17 +183,17 @@ def test_no_rate_of_a_roller_exceeds_its_bound_before_the_horizon_however_the_ra
 def test_the_rate_bound_knows_the_turns_that_a_step_is_made_of():
     # A rod along e2 of a top: the turn about L goes at norm(L) / I2, far above norm(omega). A free
     # body is split about its middle moment, whatever its axis is called.
-    top = HeavyTop(1.0, 0.1, 1.0, m=1e-9, g=1e-9, ell=1e-9)
+    top = systems.HeavyTop(1.0, 0.1, 1.0, m=1e-9, g=1e-9, ell=1e-9)
     start = top.state(omega_body=(2.0, 0.0, 0.0))
     assert top.rate_bound(start, np.zeros(8), 0.0) == pytest.approx(20.0)
     refuses("take n_substeps >= 4", top.advance, start, None, 0.1)
-    rod = FreeBody(1.0, 0.1, 1.0)
+    rod = systems.FreeBody(1.0, 0.1, 1.0)
     bound = rod.rate_bound(rod.state(omega_body=(2.0, 0.0, 0.0)), np.zeros(3), 0.0)
     assert bound == pytest.approx(2.0 / np.sqrt(0.1))
 
 
 def test_the_rate_bound_is_attained():
-    body = FreeBody()
+    body = systems.FreeBody()
     assert body.rate_bound(body.state(omega_body=(3.0, 0.0, 0.0)), np.zeros(3), 9.0) == 3.0
     pushed = body.rate_bound(body.state(), np.array([0.5, 0.0, 0.0]), 2.0)
     assert pushed == pytest.approx(1.0, rel=1e-15)
@@ -250,4 +248,4 @@ def test_forces_of_many_states_have_their_shape_and_are_named_quantities(system)
         np.testing.assert_array_equal(system.accessors[call.__name__](y), call(y))
     assert system.slips(y, u, mu=0.5).shape == (3, 2)
     refuses(r"^mu = -0\.1; expected a finite number of at least 0", system.slips, y, u, mu=-0.1)
-    assert not hasattr(RollingBall, "needed_friction")
+    assert not hasattr(systems.RollingBall, "needed_friction")

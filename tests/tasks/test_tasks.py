@@ -110,10 +110,7 @@ def test_an_integer_too_large_for_a_float_is_refused():
             "or a pair (low, high) of such numbers [m]",
         ),
         ({"count": 0}, "config.count: count = 0; expected an integer in [1, 9]"),
-        (
-            {"colour": "blue"},
-            "config.colour: colour = 'blue'; expected one of 'red', 'green'",
-        ),
+        ({"colour": "blue"}, "config.colour: colour = 'blue'; expected one of 'red', 'green'"),
         ({"switch": 1}, "config.switch: switch = 1; expected True or False"),
     ],
 )

@@ -514,10 +514,7 @@ RESULTS = {
     "NumbersForFlags": (KINDS, lambda env, seen, paid, end, *rest: (seen, paid, int(end), *rest)),
     "NumbersForKeys": (KINDS, lambda env, *rest: (*rest[:4], {0: env.x})),
     "FourResults": ("first_episode", lambda env, *rest: (*rest[:3], rest[4])),
-    "RandomRewards": (
-        BESIDE,
-        lambda env, seen, paid, *rest: (seen, paid + random.random(), *rest),
-    ),
+    "RandomRewards": (BESIDE, lambda env, seen, paid, *rest: (seen, paid + random.random(), *rest)),
     "ShowsTheClock": (AGAIN, lambda env, *rest: (*rest[:4], {"time": time.perf_counter()})),
     "SecondFlagDiffers": (  # an info that is an int first and a bool in later episodes
         AGAIN,

@@ -4,7 +4,7 @@ import math
 from pathlib import Path
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from agents.config import reading
@@ -199,7 +199,6 @@ fine = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=300, deadline=None)
 @given(fine)
 @example({"run_name": "0E0"})  # a text that reads like a number
 def test_a_good_config_is_accepted_and_survives_its_own_yaml(values):

@@ -158,8 +158,7 @@ def test_a_run_of_another_process_is_tried_again_later(tmp_path, monkeypatch):
 
 @pytest.mark.long
 @pytest.mark.parametrize(
-    "number",
-    [pytest.param(signal.SIGTERM, marks=pytest.mark.push), signal.SIGINT, signal.SIGKILL],
+    "number", [pytest.param(signal.SIGTERM, marks=pytest.mark.push), signal.SIGINT, signal.SIGKILL]
 )
 def test_a_command_listens_nowhere_and_leaves_no_process_behind_and_goes_on(tmp_path, number):
     words = f"{VERB} --algo ppo --steps 1.5e5 --episodes 20 --seeds 0-1 --jobs 2 --out {tmp_path}"

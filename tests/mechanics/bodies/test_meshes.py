@@ -219,11 +219,7 @@ def test_a_region_of_ones_own_is_its_coordinates_and_their_volume():
         ((0.0, 1.0), (0.0, 2.0 * np.pi), (0.0, 1.0)),
         lambda x: (
             np.stack(
-                [
-                    x[0] * np.sqrt(x[2]) * np.cos(x[1]),
-                    x[0] * np.sqrt(x[2]) * np.sin(x[1]),
-                    x[2],
-                ],
+                [x[0] * np.sqrt(x[2]) * np.cos(x[1]), x[0] * np.sqrt(x[2]) * np.sin(x[1]), x[2]],
                 axis=-1,
             ),
             x[0] * x[2],

@@ -25,7 +25,6 @@ from rigid_envs.systems.free_body.references import (
     momentum_regulator,
     quaternion_pd,
     separatrix_steering,
-    single_torque,
     spin_regulator,
     timed_flip,
 )
@@ -337,10 +336,6 @@ def test_every_start_of_every_drawn_body_can_be_held_by_the_torque_there_is():
         unstable = np.sqrt(task.start_spread**2 - second**2) * np.hypot(1.0, body.ratio)
         growth = body.growth * (task.spin_rate + second) * unstable
         assert growth.max() < task.torque * (1.0 / I1 + body.ratio / I3)
-
-
-def test_one_torque_aligns_the_spin_with_the_intermediate_axis():
-    assert run("IntermediateAxisSingle", bound(single_torque)).success.all()
 
 
 def test_a_torque_about_e3_alone_captures_no_spin():

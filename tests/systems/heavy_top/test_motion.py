@@ -257,10 +257,7 @@ def test_what_is_too_little_to_tip_the_top_leaves_it_asleep(start):
 
 @given(body=BODY, q0=START, omega0=OMEGA, t=st.floats(-3.0, 3.0))
 def test_restarting_midway_continues_the_same_motion(body, q0, omega0, t):
-    middle = (
-        heavy_top.omega(t, omega0, q0, **body),
-        heavy_top.attitude(t, omega0, q0, **body),
-    )
+    middle = (heavy_top.omega(t, omega0, q0, **body), heavy_top.attitude(t, omega0, q0, **body))
     restarted = heavy_top.attitude(2.0, *middle, **body)
     straight = heavy_top.attitude(t + 2.0, omega0, q0, **body)
     # A rounding grows at most by the Lyapunov rate sqrt(mgl / I) <= 2 / s: exp(4) in 2 s, and
