@@ -308,21 +308,17 @@ def test_the_page_is_a_whole_package():
     assert [name for name, _ in FILES] == [f"wheel_pendulum/{name}.py" for name in names]
 
 
-def test_the_script_of_the_page_runs(said):
-    assert said["script"] == "(256, 4)\n"
+PRINTED = {
+    "script": "(256, 4)\n",
+    "checks": "same_seed_again\n",
+    "picture": "SwingUpView (480, 480, 3) [0.0, 0.0, -1.0] [1.0, 0.0, 0.0]\n",  # by its own view
+    "symbolic": "('angle', 'omega', 'spin') ('torque',)\n",
+}
 
 
-def test_the_checks_of_the_page_run(said):
-    assert said["checks"] == "same_seed_again\n"
-
-
-def test_it_is_seen_by_its_own_view(said):
-    text = "SwingUpView (480, 480, 3) [0.0, 0.0, -1.0] [1.0, 0.0, 0.0]\n"
-    assert said["picture"] == text
-
-
-def test_its_system_is_a_symbolic_model_too(said):
-    assert said["symbolic"] == "('angle', 'omega', 'spin') ('torque',)\n"
+@pytest.mark.parametrize("name", PRINTED)
+def test_the_script_of_the_page_runs(said, name):
+    assert said[name] == PRINTED[name]
 
 
 def test_the_second_process_compiles_nothing(package):

@@ -64,6 +64,7 @@ def test_a_step_and_a_command_import_only_what_they_take(code):
 
 LONG = 1000  # steps; the registered limit of Reorient is 100
 FULL = np.ones(3, dtype=np.float32)
+REORIENT = "rigid_envs.systems.free_body.tasks:Reorient"
 
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
@@ -100,30 +101,20 @@ def test_a_single_environment_refuses_the_step_that_leaves_the_envelope():
     env.step(FULL)  # a new episode is as long as any
 
 
-def test_a_clock_that_is_set_counts():
-    env = fresh(RigidEnv("rigid_envs.systems.free_body.tasks:Reorient"))
-    state = env.get_state()
-    state["clock"][3] = env.task.stable_steps()
-    env.set_state(state)
-    with pytest.raises(ConfigError, match="expected a reset before"):
-        env.step(FULL)
-
-
-def test_rows_without_a_limit_are_refused_the_same_step():
-    envs = fresh(RigidVectorEnv("rigid_envs.systems.free_body.tasks:Reorient", 2))
-    stable = envs.task.stable_steps()
-    actions = np.ones((2, 3), dtype=np.float32)
-    for _ in range(stable):
-        envs.step(actions)
-    with pytest.raises(ConfigError, match="expected a reset before"):
-        envs.step(actions)
+def test_a_clock_that_is_set_counts_in_rows_without_a_limit_too():
+    for env in (RigidEnv(REORIENT), RigidVectorEnv(REORIENT, 2)):
+        state = fresh(env).get_state()
+        state["clock"][..., 3] = env.task.stable_steps() - 1
+        env.set_state(state)
+        action = np.ones(env.action_space.shape, dtype=np.float32)
+        env.step(action)
+        with pytest.raises(ConfigError, match="expected a reset before"):
+            env.step(action)
 
 
 def test_the_longest_limit_is_played_to_its_end_and_on():
-    longest = RigidEnv("rigid_envs.systems.free_body.tasks:Reorient").task.stable_steps()
-    envs = fresh(
-        RigidVectorEnv("rigid_envs.systems.free_body.tasks:Reorient", 2, max_episode_steps=longest)
-    )
+    longest = RigidEnv(REORIENT).task.stable_steps()
+    envs = fresh(RigidVectorEnv(REORIENT, 2, max_episode_steps=longest))
     still = np.zeros((2, 3), dtype=np.float32)
     ends = [envs.step(still)[3].all() for _ in range(longest + 2)]
     assert [k for k, end in enumerate(ends) if end] == [longest - 1]
