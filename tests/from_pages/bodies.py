@@ -24,23 +24,9 @@ class FreeBody(Page):
         """Of the body in the middle of the ranges."""
         return np.array([self.middle(name) for name in self.physical])
 
-    @property
-    def omega(self):
-        """Angular velocity."""
-        return self.y[4:7]
-
     def rhs(self, y, u):
         """Euler's equations."""
-        omega, moments = y[4:7], self.moments
-        (I1, I2, I3), (w1, w2, w3) = moments, omega
-        gyroscopic = np.array([(I2 - I3) * w2 * w3, (I3 - I1) * w3 * w1, (I1 - I2) * w1 * w2])
-        return np.concatenate([attitudes.quaternion_rate(y[:4], omega), (gyroscopic + u) / moments])
-
-    @property
-    def rate(self):
-        """The larger one of |omega| and |L| / I2."""
-        L = self.moments * self.omega
-        return max(np.linalg.norm(self.omega), np.linalg.norm(L) / self.I2)
+        return np.concatenate([attitudes.quaternion_rate(y[:4], y[4:7]), self.spun(y[4:7], u)])
 
     def features(self):
         """Angular velocity, limited."""

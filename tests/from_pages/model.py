@@ -323,6 +323,25 @@ class Page(Model):
         """Middle of the range of an argument."""
         return float(np.mean(self.settings[name]))
 
+    # -- the body
+
+    @property
+    def omega(self):
+        """Angular velocity, in body axes."""
+        return self.y[4:7]
+
+    @property
+    def rate(self):
+        """The larger one of |omega| and |I omega| / I2."""
+        momentum = self.moments * self.omega
+        return max(np.linalg.norm(self.omega), np.linalg.norm(momentum) / self.moments[1])
+
+    def spun(self, omega, torque):
+        """omega' by Euler's equations."""
+        (I1, I2, I3), (w1, w2, w3) = self.moments, omega
+        gyroscopic = np.array([(I2 - I3) * w2 * w3, (I3 - I1) * w3 * w1, (I1 - I2) * w1 * w2])
+        return (gyroscopic + torque) / self.moments
+
     # -- an episode
 
     def components(self, y):

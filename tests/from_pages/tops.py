@@ -30,27 +30,13 @@ class HeavyTop(Page):
         """Attitude."""
         return matrix(self.y[:4])
 
-    @property
-    def omega(self):
-        """Angular velocity in body axes."""
-        return self.y[4:7]
-
     def rhs(self, y, u):
         """Euler's equations about the pivot, whose frame may be accelerated."""
-        omega, moments = y[4:7], self.moments
-        (I1, I2, I3), (w1, w2, w3) = moments, omega
-        gyroscopic = np.array([(I2 - I3) * w2 * w3, (I3 - I1) * w3 * w1, (I1 - I2) * w1 * w2])
         to_body = matrix(y[:4]).T
         fx, fy, _ = to_body @ (self.m * np.array([-u[6], -u[7], -self.g]))
         weight = self.ell * np.array([-fy, fx, 0.0])  # ell e3 x force
-        spin = (gyroscopic + u[:3] + to_body @ u[3:6] + weight) / moments
-        return np.concatenate([quaternion_rate(y[:4], omega), spin, y[9:11], u[6:8]])
-
-    @property
-    def rate(self):
-        """The larger one of |omega| and |I omega| / I2."""
-        momentum = self.moments * self.omega
-        return max(np.linalg.norm(self.omega), np.linalg.norm(momentum) / self.moments[1])
+        spin = self.spun(y[4:7], u[:3] + to_body @ u[3:6] + weight)
+        return np.concatenate([quaternion_rate(y[:4], y[4:7]), spin, y[9:11], u[6:8]])
 
     def tilt(self):
         """Angle from the vertical to e3."""
