@@ -21,16 +21,15 @@ from rigid_envs.scores.starts import evaluation_seeds
 from rigid_envs.systems.rolling_ball.controllers import pose_error
 from rigid_envs.systems.rolling_disk.controllers import rolling
 from rigid_envs.tasks import registry
-from rigid_envs.tasks.fields import ROTATIONS
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.testing.environments import in_full
+from rigid_envs.testing.environments import in_full, representations
 from tests.page_code import run_page
 
 # What is decoded from observations is the state, up to the rounding of float32.
 
 
 IDS = list(ENVIRONMENTS)
-SEEN = [name for name in ROTATIONS if name != "none"]
+ATTITUDES = [(i, shown) for i in IDS for shown in representations(i) if shown != "none"]
 N, STEPS = 40, 12
 ROUNDING = 1e-6
 """Eight roundings of float32 (1.2e-7): of the attitude, and of what is turned by it."""
@@ -108,8 +107,7 @@ def test_states_of_the_defaults_are_found_with_observed_parameters_too(env_id, s
     compare(env_id, observe_params=shown)
 
 
-@pytest.mark.parametrize("rotation", SEEN)
-@pytest.mark.parametrize("env_id", [each for each in IDS if "RollPump" not in each])
+@pytest.mark.parametrize(("env_id", "rotation"), ATTITUDES)
 def test_states_are_found_in_any_representation_of_the_attitude(env_id, rotation):
     compare(env_id, rotation=rotation, observe_params=True)  # which come after the attitude
 

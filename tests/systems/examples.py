@@ -14,6 +14,8 @@ DISK = systems.RollingDisk(m=5.0, radius=0.7, I1=1.4, I3=2.0, g=2.5)
 COIN = systems.UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5, slope=0.3)
 ROLLER = systems.Roller(m=1.1, radius=0.7, beta=0.45, g=9.5, slope=0.4, curvature=0.3, mu=0.6)
 SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, COIN, ROLLER)
+ANGLES = {"alpha_x", "alpha_y", "s"}
+"""Entries of states whose sines are taken: of those beyond 1e6 rad a sine has no digit."""
 TURNING = tuple(system for system in SYSTEMS if "q" in system.components)
 
 

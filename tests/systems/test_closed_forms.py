@@ -5,17 +5,15 @@ two change exponents alone, of numbers and of their roots: so the results are co
 few bits, however large or small they are.
 """
 
-import importlib
 import inspect
 import itertools
-import pkgutil
 import re
 from dataclasses import fields, is_dataclass
 
 import numpy as np
 import pytest
 
-from rigid_envs import systems
+from rigid_envs.systems import modules_of_all
 from tests.refusals import NO_NUMBERS, refusal, refuses
 
 MASS, LENGTH, TIME = range(3)
@@ -82,10 +80,8 @@ OTHERS = {
     "roller.roll_wheel": {"omega": 2.0},
     "rolling_ball.roll_segments": {"segments": [[1.0, 0.0, 0.1, 2.0]]},
 }
-ROOMS = {
-    system.name: importlib.import_module(f"{systems.__name__}.{system.name}.closed_forms")
-    for system in pkgutil.iter_modules(systems.__path__)
-}
+ROOMS = {forms.__name__.split(".")[2]: forms for forms in modules_of_all("closed_forms")}
+"""Closed forms by system."""
 
 
 def functions_of(forms):
