@@ -113,6 +113,8 @@ def test_a_moment_is_the_row_after_its_last_step_and_has_no_results_after_a_rese
     for n_steps in range(3):
         moment = core.moment(row)
         np.testing.assert_array_equal(moment.y, core.y[row])
+        assert moment.state == task.system_type.dynamics.State(*core.y[row])
+        assert moment.input == task.system_type.dynamics.Input(*moment.u)
         assert moment.time == n_steps * task.dt and moment.success == core.flags[0, row]
         assert (moment.cost, moment.reward) == (core.results[0, row], core.results[-1, row])
         if not n_steps:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import TOLERANCE, Array, Bools, Integers, one_of, real_numbers, require
 from rigid_envs.engine.compiler import COMPILES, compiled_for
+from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.engine.layout import CHANNEL, CLOCK, FLAGS, Sizes
 from rigid_envs.engine.loops import BEGIN, BEGIN_UNSEEN, OBSERVE, PARAMETERS_GIVEN, Reset
 from rigid_envs.engine.publication import Observations, Outputs, Results
@@ -37,6 +38,7 @@ class Moment:
         reward: last reward.
         cost: last cost, in ``task.cost_unit``.
         success: whether the last step was a success.
+        dynamics: of the system, whose names `state` and `input` have.
     """
 
     y: Array
@@ -48,6 +50,17 @@ class Moment:
     reward: float = 0.0
     cost: float = 0.0
     success: bool = False
+    dynamics: Dynamics = field(kw_only=True, repr=False)
+
+    @property
+    def state(self) -> Any:
+        """The numbers of `y` by name: the `State` of the system, as ``moment.state.omega1``."""
+        return self.dynamics.State(*self.y.tolist())
+
+    @property
+    def input(self) -> Any:
+        """The numbers of `u` by name: the `Input` of the system."""
+        return self.dynamics.Input(*self.u.tolist())
 
 
 # Complete state of rows: its parts, and the check of one that is given.
@@ -453,6 +466,7 @@ class Core:
             cost=float(slots[s.results]),
             reward=float(slots[s.flags - 1]),
             success=bool(slots[s.flags + FLAGS.is_success]),
+            dynamics=task.system_type.dynamics,
         )
 
     def get_state(self) -> dict[str, Array]:

@@ -44,7 +44,7 @@ def at(task, y, u=None, **aux):
     parameters = {name: getattr(system, name) for name in system.parameter_names()}
     pushed = np.zeros(len(system.input_entries)) if u is None else u
     named = {name: 0.0 for name in task.aux_names} | aux
-    return view_of(task, parameters), Moment(y, pushed, parameters, named)
+    return view_of(task, parameters), Moment(y, pushed, parameters, named, dynamics=system.dynamics)
 
 
 IDS = sorted(ENVIRONMENTS)
@@ -240,7 +240,9 @@ def test_a_system_without_a_view_is_a_box_with_its_state_in_words():
     system = task.system()
     parameters = {name: getattr(system, name) for name in system.parameter_names()}
     y = system.state(q=Q, omega_body=[1.0, 2.0, 3.0])
-    frame = GenericView(task, parameters).frame(Moment(y, np.zeros(8), parameters))
+    frame = GenericView(task, parameters).frame(
+        Moment(y, np.zeros(8), parameters, dynamics=system.dynamics)
+    )
     assert np.allclose(frame.poses["body"].q, Q)
     assert "omega2 2.000" in frame.text
 

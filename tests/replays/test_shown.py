@@ -141,6 +141,7 @@ def test_moments_of_steps_are_exact_and_those_between_lie_on_the_motion(free):
     n = (len(path) - 1) // len(episode)
     assert n >= 3
     assert np.array_equal([moment.y for moment in path[::n]], episode.y)
+    assert np.array_equal([moment.state for moment in path[::n]], episode.y)
     times = np.array([moment.time for moment in path])
     assert np.all(np.diff(times) > 0.0)
     exact = task.system(episode.parameters).simulate(episode.y[0], times)

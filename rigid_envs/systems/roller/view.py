@@ -80,7 +80,7 @@ class RollerView(views.View):
     def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The masses stand on the spokes."""
         r, q, centre = self.system.radius, self.attitude(moment), self.centre(moment)
-        share = (self.system.beta + moment.u[1]) / self.largest
+        share = (self.system.beta + moment.input.beta_change) / self.largest
         out = 0.74 * r * math.sqrt(min(share, 1.0))
         poses = {"wheel": views.Pose(centre, q, (r, r, r)), "track": self.track()}
         for k in range(MASSES):
@@ -96,7 +96,7 @@ class RollerView(views.View):
         r, system = self.system.radius, self.system
         start = self.centre(moment) - (0.0, 0.3 * r, 0.0)
         speed = float(system.accessors["velocity"](moment.y))
-        pull = views.scaled(moment.u[0] * along, 2.0 * r / (system.m * system.g), 3.0 * r)
+        pull = views.scaled(moment.input.force * along, 2.0 * r / (system.m * system.g), 3.0 * r)
         return {
             "velocity": (start, views.scaled(speed * along, 0.5, 3.0 * r)),
             "input": (start, pull),
@@ -108,7 +108,7 @@ class RollerView(views.View):
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Inertia ratio and speed."""
-        ratio = self.system.beta + moment.u[1]
+        ratio = self.system.beta + moment.input.beta_change
         speed = float(self.system.accessors["velocity"](moment.y))
         return (f"inertia ratio {ratio:.2f}   speed {speed:.2f} m/s",)
 
