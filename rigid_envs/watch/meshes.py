@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array
+from rigid_envs.base.checks import Array, require
 
 Color = tuple[float, float, float]
 """Red, green and blue in [0, 1], sRGB."""
@@ -137,7 +137,12 @@ def sectors(profile: npt.ArrayLike, colors: Sequence[Color], sides: int = 40) ->
         profile: as for `lathe`, shape (k, 2).
         colors: of the sectors.
         sides: number of flat sides, a multiple of the number of sectors.
+
+    Raises:
+        ValueError: no colours, or sides that cannot be shared among them equally.
     """
+    n = len(colors)
+    require(n > 0 and sides % n == 0, n, "number of colors", f"a divisor of sides = {sides}")
     points = np.asarray(profile, dtype=np.float64)
     along = np.diff(points, axis=0)
     along /= np.linalg.norm(along, axis=-1, keepdims=True)
@@ -211,7 +216,11 @@ def box(size: npt.ArrayLike, colors: Sequence[Color]) -> Mesh:
     Args:
         size: lengths along x, y and z, shape (3,).
         colors: of the faces +x, -x, +y, -y, +z, -z, or one for all.
+
+    Raises:
+        ValueError: another number of colours.
     """
+    require(len(colors) in (1, 6), len(colors), "number of colors", "1, or 6 for the faces")
     half = 0.5 * np.asarray(size, dtype=np.float64)
     six = colors if len(colors) == 6 else list(colors) * 6
     faces = []

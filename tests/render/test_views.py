@@ -27,6 +27,7 @@ from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
+from rigid_envs.watch.meshes import box, sectors
 from rigid_envs.watch.views import GenericView, view_class, view_of
 from tests.from_pages.attitudes import matrix
 
@@ -233,6 +234,15 @@ def test_a_view_is_found_by_the_name_of_its_task_or_system_or_of_one_that_they_i
     ):
         found = view_class(owner)
         assert (found.__module__, found.__name__) == (module, name)
+
+
+def test_another_number_of_colours_than_a_solid_has_is_refused_by_name():
+    for n in (0, 3, 41):
+        with pytest.raises(ValueError, match=rf"^number of colors = {n}; expected a divisor of si"):
+            sectors([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)], [(1.0, 1.0, 1.0)] * n)
+    for n in (0, 2):
+        with pytest.raises(ValueError, match=rf"^number of colors = {n}; expected 1, or 6 for"):
+            box((1.0, 1.0, 1.0), [(1.0, 1.0, 1.0)] * n)
 
 
 def test_a_system_without_a_view_is_a_box_with_its_state_in_words():
