@@ -4,14 +4,17 @@ import base64
 import json
 import re
 import zlib
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
 from rigid_envs.mechanics import rotations
+from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.roller.system import Roller
+from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.watch.replays.page import (
     Packer,
@@ -122,12 +125,29 @@ def test_curves_show_what_they_are_called():
     assert drawn("BallPark", "momentum")[0].title == "|q|\N{SUPERSCRIPT TWO} error"
 
 
+class Valley(Roller):
+    components: ClassVar = {"place": slice(0, 1), "speed": slice(1, 2)}
+
+
+@dataclass(frozen=True)
+class Pump(RollPump):
+    system_type: ClassVar = Valley
+
+
+def test_of_a_system_whose_motion_has_no_known_name_the_state_is_plotted():
+    (episode,) = recorded("RigidEnvs/RollPump-v0", 5).episodes
+    found = {curve.key: curve for curve in curves(Pump(), episode, True)}
+    assert "omega" not in found and found["state"].names == ("s", "v")
+    assert np.array_equal(found["state"].values, episode.y)
+
+
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_every_environment_has_curves_of_every_moment_or_step(env_id):
     replay = recorded(env_id, 3)
     (episode,) = replay.episodes
     found = curves(replay.task, episode, is_driven(episode))
-    assert {"omega", "reward", "cost", "action"} <= {curve.key for curve in found}
+    keys = {curve.key for curve in found}
+    assert {"reward", "cost", "action"} <= keys and len(keys & {"omega", "state"}) == 1
     assert len({curve.key for curve in found}) == len(found)
     for curve in found:
         assert curve.values.shape == (len(curve.values), len(curve.names))

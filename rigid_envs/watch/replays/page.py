@@ -129,7 +129,7 @@ def _errors(system: System, episode: PastEpisode, word: str) -> list[Curve]:
 
 
 def _motion(system: System, episode: PastEpisode) -> list[Curve]:
-    """Angular velocity; of what has one degree of freedom, the velocity."""
+    """Angular velocity; of what has one degree of freedom, the velocity; else the state."""
     y, named = episode.y, system.accessors
     unit, names = "rad/s, world axes", ("\u03c9x", "\u03c9y", "\u03c9z")
     if "omega_body" in named:
@@ -142,7 +142,7 @@ def _motion(system: System, episode: PastEpisode) -> list[Curve]:
     elif "velocity" in named:
         return [Curve("omega", "Velocity", "m/s", ("v",), named["velocity"](y).reshape(len(y), -1))]
     else:
-        return []
+        return [Curve("state", "State", "SI units", system.state_entries, y)]
     return [Curve("omega", "Angular velocity", unit, names, values)]
 
 
