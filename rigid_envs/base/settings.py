@@ -339,7 +339,9 @@ def unknown_key(key: str, known: Iterable[str]) -> UnknownKeywordError:
         known: Those that do.
     """
     keys = list(known)
-    near = difflib.get_close_matches(key.replace("-", "_"), keys)
+    given = key.replace("-", "_")
+    near = difflib.get_close_matches(given, keys)
+    near.sort(key=lambda other: sorted(other) != sorted(given))  # letters that were swapped
     hint = f"did you mean {near[0]!r}? " if near else ""
     return UnknownKeywordError(
         f"config.{key}: unknown key; {hint}expected one of {', '.join(keys)} "

@@ -19,6 +19,7 @@ from rigid_envs.base.settings import (
     check_fields,
     from_config,
     setting,
+    unknown_key,
 )
 from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import DynamicBallTask
 from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
@@ -131,6 +132,12 @@ def test_an_unknown_key_is_refused_with_the_nearest_and_all_known_ones():
     with pytest.raises(ConfigError) as refusal:
         from_config(Body, {"xyzzy": 1.0})
     assert "did you mean" not in str(refusal.value)
+
+
+def test_letters_that_were_swapped_mean_the_word_of_the_same_letters():
+    keys = ["largest_goal", "least_goal"]
+    for typo, meant in (("laest_goal", "least_goal"), ("larget_goal", "largest_goal")):
+        assert f"did you mean {meant!r}?" in str(unknown_key(typo, keys))
 
 
 def test_checked_values_take_the_place_of_the_given_ones():
