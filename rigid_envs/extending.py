@@ -4,7 +4,7 @@ The names are collected here from their modules, in which they are documented.
 """
 
 from rigid_envs.base.checks import non_negative, number, positive
-from rigid_envs.base.settings import Choice, Flag, Integer, Number, setting
+from rigid_envs.base.settings import Choice, Flag, Integer, Number, refusal, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import (
     EXACT,
@@ -86,6 +86,7 @@ __all__ = [
     "physical",
     "positive",
     "randoms",
+    "refusal",
     "rotate",
     "rotate_inverse",
     "scalar",

@@ -125,11 +125,11 @@ class Task(Settings, abc.ABC):
                 )
 
     def __post_init__(self) -> None:
-        """Check every field by its rule, and the parameters in combination."""
+        """Check every field by its rule, and settings in combination."""
         check_fields(self)
         if self.frame == "reduced" and self.reduction is None:
             raise refusal("frame", self.frame, f"'world': {type(self).__name__} has no reduction")
-        self._check_parameters()
+        self.check_settings()
         self.check_duration(self.registered_steps())
         if len(self.actions()) != len(self.episode.prototypes.action):
             raise TypeError(
@@ -350,7 +350,15 @@ class Task(Settings, abc.ABC):
         named = {name: self.aliases.get(name, name) for name in names}
         return {name: field for name, field in named.items() if hasattr(self, field)}
 
-    def _check_parameters(self) -> None:
+    def check_settings(self) -> None:
+        """Check settings that depend on one another, each of which its rule allows.
+
+        A subclass with such settings calls this method of its base class first. The system has
+        been tried with all ends of the ranges of its parameters then.
+
+        Raises:
+            ConfigError: ``config.<key>: ...``, as `rigid_envs.base.settings.refusal` makes it.
+        """
         ends = {name: set(span(getattr(self, name))) for name in self.physical_parameters()}
         # each condition is monotone in every parameter: valid corners imply a valid range
         for corner in itertools.product(*ends.values()):

@@ -32,6 +32,18 @@ EARLY_ENDS: dict[str, dict[str, Any]] = {
     env_id: dict(ENVIRONMENTS[env_id].early_end) for env_id in IDS if ENVIRONMENTS[env_id].early_end
 }
 
+HORIZON = 4  # steps of the episodes in which they do
+
+
+def about_early_end(env_id: str, seen: str) -> str:
+    """What is wrong with the settings that an id is registered with, in words."""
+    return (
+        f"early_end = {dict(ENVIRONMENTS[env_id].early_end)} of {env_id}; expected settings under "
+        f"which random actions end some episodes within {HORIZON} steps and others not, or {{}} "
+        f"where nothing ends an episode before its time limit: {seen}. It is an argument of "
+        "rigid_envs.register"
+    )
+
 
 def single(env_id: str, **config: Any) -> RigidEnv:
     """The environment itself, without the time limit around it."""
@@ -84,7 +96,8 @@ OF_KERNELS = {*NOISY, *REDUCED, "action_noise"}
 """Settings by which another kernel is run than the plain one."""
 KERNELS = (
     *((env_id, {}) for env_id in IDS),
-    *((env_id, settings) for env_id in FULL for settings in (NOISY, REDUCED)),
+    *((env_id, NOISY) for env_id in FULL),
+    *((env_id, REDUCED) for env_id in FULL if task_of(env_id).reduction),
 )
 """Id and settings of each kernel that the contracts run."""
 

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import time
 from collections.abc import Iterable
 
 import pytest
@@ -14,7 +15,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 OWN = tuple(env_id for env_id in ENVIRONMENTS if env_id.startswith("RigidEnvs/"))
 """Ids of this package."""
 
-_chosen: list[str] = []
+_chosen: dict[str, str] = {}  # each as it was given
 
 
 def choose(names: Iterable[str]) -> None:
@@ -26,7 +27,9 @@ def choose(names: Iterable[str]) -> None:
     Raises:
         UnknownIdError: an id that is not registered, or a module that cannot be imported.
     """
-    _chosen[:] = dict.fromkeys(map(checked_id, names))
+    given = {checked_id(name): name for name in names}
+    _chosen.clear()
+    _chosen.update(given)
 
 
 def chosen() -> tuple[str, ...]:
@@ -56,19 +59,40 @@ def compile_first(config: pytest.Config) -> None:
     """With `-n`, compile each kernel once, a share of them in as many processes as there will be.
 
     Otherwise every worker would compile all that it meets at about the same time as the others.
+    Of ids that were given it is said what is compiled and, without `-n`, from the time of the first
+    kernel, how long the others take.
 
     Args:
         config: Pytest's.
     """
     n = config.getoption("numprocesses", None) or 0
     is_worker, done = hasattr(config, "workerinput"), _DONE in config.stash
-    if n < 2 or is_worker or done or config.option.collectonly:
+    if is_worker or done or config.option.collectonly or not (n > 1 or _chosen):
         return
     config.stash[_DONE] = True
     from rigid_envs.testing.environments import KERNELS
 
-    kernels, command = list(map(json.dumps, KERNELS)), [sys.executable, "-c", _COMPILE]
+    kernels = [json.dumps((_chosen.get(i, i), settings)) for i, settings in KERNELS]
+    if _chosen:
+        names = "; ".join(f"{env_id} {settings or 'as it is'}" for env_id, settings in KERNELS)
+        _say(f"kernels that are compiled, or loaded where they are kept: {names}")
+    if n > 1:
+        _compile([kernels[k::n] for k in range(n)])
+        return
+    start = time.perf_counter()
+    _compile([kernels[:1]])
+    seconds = time.perf_counter() - start
+    _say(f"{seconds:.0f} s for the first; about {seconds * len(kernels[1:]):.0f} s for the others")
+
+
+def _compile(shares: list[list[str]]) -> None:
+    """Compile kernels, each share in a process of its own."""
+    command = [sys.executable, "-c", _COMPILE]
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    shares = [subprocess.Popen([*command, *kernels[k::n]], env=environment) for k in range(n)]
-    if any([share.wait() for share in shares]):  # a list: all are waited for
+    processes = [subprocess.Popen([*command, *share], env=environment) for share in shares]
+    if any([process.wait() for process in processes]):  # a list: all are waited for
         raise pytest.UsageError("the kernels cannot be compiled; see above")
+
+
+def _say(text: str) -> None:
+    print(f"rigid-envs: {text}", file=sys.stderr, flush=True)

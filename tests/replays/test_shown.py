@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from rigid_envs.mechanics import rotations
-from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from rigid_envs.tasks.registry import ENVIRONMENTS

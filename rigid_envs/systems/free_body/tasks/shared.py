@@ -103,8 +103,9 @@ class SpinTask(TorqueTask):
 
     counters: ClassVar = ("held",)
 
-    def _check_parameters(self) -> None:
-        super()._check_parameters()
+    def check_settings(self) -> None:
+        """Also refuse moments in another order."""
+        super().check_settings()
         if not span(self.I1)[1] < span(self.I2)[0]:
             raise refusal("I1", self.I1, f"less than I2 = {self.I2}")
         if not span(self.I2)[1] < span(self.I3)[0]:

@@ -216,8 +216,9 @@ class SleepingTop(shared.SymmetricTopTask):
     envelope: ClassVar[float | None] = 1.1
     cost_unit: ClassVar = "torque impulse [N m s]"
 
-    def _check_parameters(self) -> None:
-        super()._check_parameters()
+    def check_settings(self) -> None:
+        """Also refuse ends of the spin in the wrong order."""
+        super().check_settings()
         if self.start_spin_low > self.start_spin_high:
             most = f"at most start_spin_high = {self.start_spin_high}"
             raise refusal("start_spin_low", self.start_spin_low, most)
