@@ -259,6 +259,19 @@ for refused in (
     except ValueError as error:
         print(error)
 """
+HOLD = """
+import gymnasium
+from wheel_pendulum.hold import HoldAngle
+env = gymnasium.make("wheel_pendulum:WheelPendulum/HoldAngle-v0").unwrapped
+env.reset(seed=0, options={"state": {"angle": 0.5, "spin": 3.0}})
+moment = env.moment()
+print(moment.state, moment.y.tolist(), moment.input)
+print(0.1 <= moment.aux["goal"] <= 0.2, env.step(env.action_space.low)[0][3] == moment.aux["goal"])
+try:
+    HoldAngle(least_goal=0.3)
+except ValueError as error:
+    print(error)
+"""
 BLOCKS = re.findall(r"^```python\n(.*?)^```$", CHECKS, re.MULTILINE | re.DOTALL)
 PROGRAMS = {
     "script": f"{SCRIPT}env.reset(seed=0)\nprint(envs.reset(seed=0)[0].shape)\n",
@@ -266,6 +279,7 @@ PROGRAMS = {
     "picture": PICTURE,
     "symbolic": SYMBOLIC,
     "substeps": SUBSTEPS,
+    "hold": HOLD,
 }
 
 
@@ -304,7 +318,7 @@ def said(package):
 
 
 def test_the_page_is_a_whole_package():
-    names = ("system", "task", "heavy", "view", "__init__")
+    names = ("system", "task", "heavy", "hold", "view", "__init__")
     assert [name for name, _ in FILES] == [f"wheel_pendulum/{name}.py" for name in names]
 
 
@@ -319,6 +333,14 @@ PRINTED = {
 @pytest.mark.parametrize("name", PRINTED)
 def test_the_script_of_the_page_runs(said, name):
     assert said[name] == PRINTED[name]
+
+
+def test_it_has_an_auxiliary_state_names_and_settings_that_depend_on_one_another(said):
+    state, goal, refused = said["hold"].splitlines()
+    assert state == "State(angle=0.5, omega=0.0, spin=3.0) [0.5, 0.0, 3.0] Input(torque=0.0)"
+    assert goal == "True True"
+    expected = "config.least_goal: least_goal = 0.3; expected at most largest_goal = 0.2"
+    assert refused == expected
 
 
 def test_the_second_process_compiles_nothing(package):
@@ -396,6 +418,7 @@ def test_an_unknown_id_is_refused_in_one_line(package):
 
 @pytest.mark.long
 def test_it_passes_all_contracts(package):
-    other = "wheel_pendulum:WheelPendulum/HeavySwingUp-v0"
-    printed = package.output(*command(CONTRACTS), "--env-id", other, "-q", "-n", "2")
+    others = (f"wheel_pendulum:WheelPendulum/{name}-v0" for name in ("HeavySwingUp", "HoldAngle"))
+    more = (word for other in others for word in ("--env-id", other))
+    printed = package.output(*command(CONTRACTS), *more, "-q", "-n", "2")
     assert re.search(r"\d\d\d passed", printed), printed
