@@ -280,6 +280,8 @@ def test_a_step_too_long_is_refused_with_the_least_number_of_substeps_that_will_
     with pytest.raises(ConfigError, match=r"^config\.dt: .*stability envelope") as refusal:
         task(**longest)
     needed = int(str(refusal.value).split("n_substeps >= ")[1])
+    if needed > RULES[env_id, "n_substeps"].high:
+        return  # no number will do
     task(**longest, n_substeps=needed)
     with pytest.raises(ConfigError, match=f"n_substeps >= {needed}$"):
         task(**longest, n_substeps=needed - 1)
