@@ -3,15 +3,13 @@
 import argparse
 import sys
 from collections.abc import Sequence
-from functools import partial
 
 from rigid_envs import __version__
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.tools.cli.scoring import leaderboard_
-from rigid_envs.tools.cli.words import Act, answer
+from rigid_envs.tools.cli.words import answer
 
-from ..environments import import_allowed
 from ..storage.runs import RunInUseError
 from . import verbs
 
@@ -32,13 +30,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if words[0].startswith("-") and words[0] not in ("-h", "--help", "--version"):
         words = ["train", *words]
     mistakes = ConfigError, DamagedFileError
-    return answer(_parser(), words, mistakes, (RunInUseError, FloatingPointError, ImportError))
-
-
-def _act(act: Act, options: argparse.Namespace) -> int:
-    """Do what a verb does, with the modules that it may import."""
-    import_allowed(options.allow_import)
-    return act(options) or 0
+    return answer(_parser(), words, mistakes, (RunInUseError, FloatingPointError))
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -55,13 +47,4 @@ def _parser() -> argparse.ArgumentParser:
         *(verbs.benchmark, verbs.search, verbs.baselines, verbs.publish),
     ):
         each.add(several)
-    for verb in several.choices.values():
-        verb.add_argument(
-            "--allow-import",
-            metavar="MODULE",
-            action="append",
-            default=[],
-            help="import a module first, which may register environments of its own",
-        )
-        verb.set_defaults(act=partial(_act, verb.get_default("act")))
     return parser

@@ -233,7 +233,7 @@ def checked_id(env_id: str) -> str:
     (near,) = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)
     raise UnknownIdError(
         f"env_id = {env_id!r}; expected the id of an environment: did you mean {known[near]!r}? "
-        "`rigid-envs list` shows all of them"
+        "`rigid-envs list` shows all of them, and with --allow-import MODULE those of a package"
     )
 
 

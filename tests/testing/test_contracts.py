@@ -1,6 +1,8 @@
 """What the contracts tell the author of an environment in another package."""
 
+from functools import partial
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
 
@@ -53,6 +55,15 @@ for least in (1.0, 1.5):
     gymnasium.make("pumps:Pumps/Pump-v0", least_goal=least)
 """
 
+RECORDED = """
+import gymnasium
+from rigid_envs.watch.replays import RecordReplay
+env = RecordReplay(gymnasium.make("pumps:Pumps/Pump-v0"), "pump.npz")
+env.reset(seed=0)
+env.step(env.action_space.low)
+env.close()
+"""
+
 
 @pytest.fixture(scope="module")
 def outside(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -61,13 +72,13 @@ def outside(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+def beside(folder: Path, *words: str) -> CompletedProcess[str]:
+    return python(*words, cwd=folder, PYTHONPATH=f"{folder}:{ROOT}")
+
+
 def test_another_package_is_told_what_to_declare_and_what_takes_long(outside: Path) -> None:
     words = ("-m", "rigid_envs.testing", "--env-id", "pumps:Pumps/Pump-v0", "-q")
-    told = python(
-        *(*words, "-k", "envelope or can_end or misspelt"),
-        cwd=outside,
-        PYTHONPATH=f"{outside}:{ROOT}",
-    )
+    told = beside(outside, *words, "-k", "envelope or can_end or misspelt")
     # starts outside the envelope are refused, misspellings found; of early ends two contracts tell
     assert "2 failed, 3 passed" in told.stdout, told.stdout
     ask = "Error: early_end = {} of Pumps/Pump-v0; expected settings under which random actions end"
@@ -82,6 +93,16 @@ def test_another_package_is_told_what_to_declare_and_what_takes_long(outside: Pa
 
 
 def test_settings_that_depend_on_one_another_are_refused_by_key(outside: Path) -> None:
-    told = python("-c", TOGETHER, cwd=outside, PYTHONPATH=f"{outside}:{ROOT}")
+    told = beside(outside, "-c", TOGETHER)
     last = told.stderr.splitlines()[-1]
     assert last.endswith("config.least_goal: least_goal = 1.5; expected at most largest_goal = 1.0")
+
+
+def test_a_replay_is_read_where_its_module_is_allowed_and_only_there(outside: Path) -> None:
+    run = partial(beside, outside)
+    assert run("-c", RECORDED).returncode == 0
+    words = ("-m", "rigid_envs.tools.cli", "replay", "pump.npz")
+    refused, allowed = run(*words), run(*words, "--allow-import", "pumps")
+    assert refused.returncode == 2 and "with --allow-import MODULE those of" in refused.stderr
+    assert allowed.returncode == 0 and "same bits" in allowed.stdout
+    assert run(*words, "--allow-import", "pomps").stderr == "rigid-envs: No module named 'pomps'\n"

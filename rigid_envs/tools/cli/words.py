@@ -2,6 +2,7 @@
 
 import argparse
 import ast
+import importlib
 import inspect
 import logging
 import os
@@ -16,7 +17,7 @@ from typing import Any
 
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.base.checks import ConfigError, MissingPackageError, require, shown
+from rigid_envs.base.checks import ConfigError, require, shown
 from rigid_envs.envs.lookup import checked_id
 
 # Progress of a command on the terminal.
@@ -82,7 +83,7 @@ def tell(what: str) -> None:
 
 # Verbs: how they are added, called and answered for.
 
-_FAILURES: tuple[type[Exception], ...] = (DependencyNotInstalled, MissingPackageError, OSError)
+_FAILURES: tuple[type[Exception], ...] = (DependencyNotInstalled, ImportError, OSError)
 
 
 def answer(
@@ -107,6 +108,8 @@ def answer(
     try:
         with messages():
             refuse([] if options.takes_rest else rest)
+            for module in options.allow_import:
+                importlib.import_module(module)
             status = options.act(options) or 0
         sys.stdout.flush()
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
@@ -132,6 +135,15 @@ def option(*names: str, **settings: Any) -> Option:
     """An option or argument of a verb, as `argparse` takes it."""
     return lambda parser: parser.add_argument(*names, **settings)
 
+
+_IMPORTS = option(
+    "--allow-import",
+    metavar="MODULE",
+    action="append",
+    default=[],
+    help="import a module first, which may register environments of its own",
+)
+"""Of every verb: nothing is imported because a file says so."""
 
 IDS = option("--ids", nargs="+", metavar="ID", help="these environments only")
 """Of a verb that is for all environments."""
@@ -172,7 +184,7 @@ class Verb:
             allow_abbrev=False,
         )
         parser.set_defaults(act=self.act, takes_rest=self.usage is not None)
-        for each in self.options:
+        for each in (*self.options, _IMPORTS):
             each(parser)
 
 
