@@ -240,7 +240,7 @@ def test_a_bug_in_the_library_is_noticed_by_a_test_that_reaches_it():
         change = replace(
             refused["not isinstance(limit, int) -> isinstance(limit, int)"], in_body=False
         )
-        assert copy.noticed(change, reach).test == "none: nothing can be imported"
+        assert copy.noticed(change, reach).test == "none: no test can be run"
     finally:
         copy.close()
 

@@ -79,10 +79,8 @@ class LibraryCopy(Checkout):
         found = self.python.run(["-x", *words_for(files)], limit, order=tests)
         if found.late:
             return f"none: {limit:.0f} s are up"
-        if "ImportError while loading conftest" in found.said:
-            return "none: nothing can be imported"
-        if not found.failed and found.passed == 0:
-            raise RuntimeError(f"no tests ran: {found.said}")
+        if not found.failed and found.passed == 0:  # they all ran without the bug
+            return "none: no test can be run"
         return found.failed[0].rpartition("::")[2].partition("[")[0] if found.failed else ""
 
 
