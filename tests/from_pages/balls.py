@@ -68,7 +68,7 @@ class RolledBall(Model):
 class BallPark(RolledBall):
     """Park a ball at the origin."""
 
-    def draw(self, rng):
+    def draw(self, rng, params):
         half = self.s.start_half_width
         return {"q": draw(rng), "position": rng.uniform(-half, half, 2)}
 
@@ -98,7 +98,7 @@ class BallReorient(BallPark):
 class BallParkGoal(RolledBall):
     """Park a ball at a drawn pose."""
 
-    def draw(self, rng):
+    def draw(self, rng, params):
         half = self.s.start_half_width
         there = {"q": draw(rng), "position": rng.uniform(-half, half, 2)}
         return {**there, "goal": self.goal(draw(rng), rng.uniform(-half, half, 2))}
@@ -194,11 +194,9 @@ class BallGrid(RolledBall):
     clip = staticmethod(as_choice)
     SOLVABLE = by_parity()
 
-    @property
-    def n_action(self):
-        return 1
+    n_action = 1
 
-    def draw(self, rng):
+    def draw(self, rng, params):
         cell = rng.integers(-self.s.start_cells, self.s.start_cells, 2, endpoint=True)
         attitudes = self.SOLVABLE[int(cell.sum()) % 2]
         return {
@@ -258,7 +256,7 @@ def cross(a, b):
 class BallSteer(RolledBall):
     """Follow a reference ball."""
 
-    def draw(self, rng):
+    def draw(self, rng, params):
         radius, w = np.mean(self.s.radius), self.s.wavenumber / np.mean(self.s.radius)
         heading, away = rng.uniform(0.0, 2.0 * math.pi, 2)
         eight = rng.uniform() < SHARES[self.s.path]

@@ -52,6 +52,10 @@ class Spinning(FreeBody):
         """`|omega - Omega e2| / Omega`."""
         return float(np.linalg.norm(self.omega / self.spin_rate - [0, 1, 0]))
 
+    def success(self):
+        """Section *Episode End*."""
+        return self.held(self.error() < self.tolerance)
+
     def draw_omega(self, rng):
         """`Omega e2` and a perturbation in a ball."""
         return np.array([0, self.spin_rate, 0]) + in_ball(rng, self.start_spread)
@@ -81,17 +85,12 @@ class Spinning(FreeBody):
 class IntermediateAxis(Spinning):
     """docs/environments/IntermediateAxis.md."""
 
-    terms = ("spin", "effort")
     ACCEPTED = 1.1
 
     def values(self, u):
         """Section *Rewards*."""
         effort = -(u @ u) / (3 * self.torque**2)
         return {"spin": 1 / (1 + 10 * self.error()), "effort": effort}
-
-    def success(self):
-        """Section *Episode End*."""
-        return self.held(self.error() < self.tolerance)
 
     def reduced(self):
         """Section *Reduced Frame*."""
@@ -110,8 +109,7 @@ class IntermediateAxisRandom(IntermediateAxis):
 class IntermediateAxisSingle(Spinning):
     """docs/environments/IntermediateAxisSingle.md."""
 
-    terms = ("axis", "effort")
-    controls = 1
+    n_action = 1
 
     def input_of(self, action):
         """Torque about e3."""
@@ -158,8 +156,6 @@ class Flipping(Spinning):
 class SpinCapture(Flipping):
     """docs/environments/SpinCapture.md."""
 
-    terms = ("spin", "manifold", "effort")
-
     @property
     def powered(self):
         """1 for an axis with actuator, 0 without."""
@@ -180,10 +176,6 @@ class SpinCapture(Flipping):
             "manifold": 1 / (1 + 10 * off),
             "effort": -(u @ u) / (self.powered.sum() * self.torque**2),
         }
-
-    def success(self):
-        """Section *Episode End*."""
-        return self.held(self.error() < self.tolerance)
 
     def reduced(self):
         """Section *Reduced Frame*."""
@@ -208,8 +200,6 @@ class SpinCapture(Flipping):
 
 class AxisFlip(Flipping):
     """docs/environments/AxisFlip.md; beside the state: the time left, and whether all was well."""
-
-    terms = ("spin", "impulse")
 
     def time_left(self):
         """At least 0."""
@@ -279,7 +269,6 @@ class AxisFlip(Flipping):
 class Detumble(FreeBody):
     """docs/environments/Detumble.md."""
 
-    terms = ("momentum", "impulse")
     clip = staticmethod(in_disk)
 
     def input_of(self, action):
@@ -352,8 +341,6 @@ class Detumble(FreeBody):
 
 class Reorient(FreeBody):
     """docs/environments/Reorient.md; beside the state: the attitude of the goal."""
-
-    terms = ("reached", "angle", "rate")
 
     def poses(self):
         """Achieved and desired goal, as observed."""

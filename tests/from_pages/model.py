@@ -8,7 +8,7 @@ import ast
 import math
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
@@ -55,12 +55,12 @@ class Model(ABC):
     """One episode of a task.
 
     Attributes:
-        clip: what makes an action one of the space, and says whether it was outside.
         ranges: the arguments that are given as a pair, from which a start draws.
     """
 
     ACCEPTED: ClassVar[float] = 0.5  # rad in a step of the integrator
-    clip: ClassVar[Callable[[Array], tuple[Array, bool]]]
+    n_action: ClassVar[int] = 2
+    """Number of entries of an action."""
     q: Array
 
     def __init__(self, **settings):
@@ -92,22 +92,19 @@ class Model(ABC):
         weights = (v for name, v in vars(self.s).items() if name.startswith("weight_"))
         return sum(map(abs, weights), 1.0)
 
-    @property
-    def n_action(self):
-        """Number of entries of an action."""
-        return 2
+    @staticmethod
+    def clip(action):
+        """An action of the space, and whether it was outside: each entry in [-1, 1]."""
+        inside = np.clip(action, -1.0, 1.0)
+        return inside, bool(np.any(inside != action))
 
     def draw_params(self, rng):
         """Values of the parameters that are given as ranges."""
         return {name: rng.uniform(*ends) for name, ends in self.ranges.items()}
 
     @abstractmethod
-    def draw(self, rng):
-        """A start, by names of the components of the state."""
-
-    def draw_with(self, rng, params):
-        """A start with these parameters."""
-        return self.draw(rng)
+    def draw(self, rng, params):
+        """A start with these parameters, by names of the components of the state."""
 
     def beside(self, aux):
         """What belongs to a start beside the state, of what the environment has drawn."""
@@ -151,7 +148,7 @@ class Model(ABC):
 
     def step(self, action):
         """Clip, turn, delay, move, judge, observe; a motion that is too fast ends the episode."""
-        inside, clipped = type(self).clip(np.asarray(action, dtype=np.float32).astype(float))
+        inside, clipped = self.clip(np.asarray(action, dtype=np.float32).astype(float))
         self.late.append(self.turn(inside) if self.s.frame == "reduced" else inside)
         judged = self.move(self.late.pop(0))
         turned = self.rate * self.s.dt / self.s.n_substeps
@@ -202,12 +199,6 @@ class Held:
         """After a step, in which the condition is true or not."""
         self.steps = self.steps + 1 if true else 0
         return self.steps >= self.needed
-
-
-def in_box(action):
-    """Each entry in [-1, 1]."""
-    inside = np.clip(action, -1.0, 1.0)
-    return inside, bool(np.any(inside != action))
 
 
 def in_disk(action):
@@ -286,14 +277,22 @@ def share(v, half):
     return [part.real, part.imag]
 
 
-class Page(Model):
+class Turning(Model):
+    """A body whose state y has its attitude at the head."""
+
+    y: Array
+
+    @property
+    def q(self):
+        return self.y[:4]
+
+
+class Page(Turning):
     """A body that turns: its state is y, which `rhs` moves; beside it the task keeps aux."""
 
     physical: ClassVar[tuple[str, ...]] = ()
     """Arguments that are parameters of the body."""
-    terms: ClassVar[tuple[str, ...]] = ()
-    controls: ClassVar[int] = 3
-    clip = staticmethod(in_box)
+    n_action = 3
 
     def __init__(self, **settings):
         super().__init__(**settings)
@@ -310,14 +309,6 @@ class Page(Model):
     def settings(self):
         """All arguments."""
         return vars(self.s)
-
-    @property
-    def n_action(self):
-        return self.controls
-
-    @property
-    def q(self):
-        return self.y[:4]
 
     def middle(self, name):
         """Middle of the range of an argument."""
@@ -408,10 +399,7 @@ class Page(Model):
         """Whether the episode terminates by itself."""
         return False
 
-    def draw(self, rng):
-        return self.draw_with(rng, self.draw_params(rng))
-
-    def draw_with(self, rng, params):
+    def draw(self, rng, params):
         self.parameters |= params
         return {**self.components(self.draw_state(rng)), "aux": self.draw_aux(rng)}
 

@@ -7,26 +7,14 @@ for V' remain.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from tests.from_pages import model
 from tests.from_pages.attitudes import angle, compose, draw, of_rotation_vector, rotation_vector
 from tests.from_pages.balls import pose_features, pose_frame, pose_terms
-from tests.from_pages.model import Frame, Held, Judged, Model, in_box, in_disk, limited
+from tests.from_pages.model import Frame, Held, Judged, Turning, in_disk, limited
 from tests.vectors import cross
-
-
-@dataclass(frozen=True)
-class Ball:
-    """Parameters of the system."""
-
-    m: float
-    radius: float
-    beta: float
-    g: float
-    turntable_rate: float
 
 
 def plate_axes(alpha_x, alpha_y):
@@ -71,22 +59,25 @@ def moved(y, u, ball, dt):
     return model.moved(lambda y: rate_of_change(y, u, ball), y, dt)
 
 
-class BallParkDynamic(Model):
+class PushedBall(Turning):
+    """A ball that rolls on a plate: its parameters are among the arguments."""
+
+    @property
+    def rate(self):
+        return float(np.linalg.norm(ball_rate(self.y, self.p)))
+
+
+class BallParkDynamic(PushedBall):
     """Park a ball that has inertia."""
 
     clip = staticmethod(in_disk)
 
-    def draw(self, rng):
+    def draw(self, rng, params):
         half = self.s.start_half_width
         return {"q": draw(rng), "position": rng.uniform(-half, half, 2), "velocity": [0.0, 0.0]}
 
     def place(self, q, position, velocity, spin=0.0):
         self.y = np.array([*q, *position, *velocity, spin, 0.0, 0.0, 0.0, 0.0], dtype=float)
-        self.ball = Ball(*(getattr(self.p, k) for k in Ball.__dataclass_fields__))
-
-    @property
-    def q(self):
-        return self.y[:4]
 
     @property
     def position(self):
@@ -98,16 +89,12 @@ class BallParkDynamic(Model):
         """Velocity [m/s]."""
         return self.y[6:8]
 
-    @property
-    def rate(self):
-        return float(np.linalg.norm(ball_rate(self.y, self.ball)))
-
     def features(self):
         return np.asarray(limited(self.y[4:8] / self.p.radius, 50.0))
 
     def move(self, action):
         force = self.s.force * action
-        self.y = moved(self.y, np.array([*force, 0.0, 0.0]), self.ball, self.s.dt)
+        self.y = moved(self.y, np.array([*force, 0.0, 0.0]), self.p, self.s.dt)
         distance = math.hypot(*self.position)
         there = distance <= self.s.position_tolerance and angle(self.q) <= self.s.angle_tolerance
         parked = bool(there and math.hypot(*self.velocity) <= self.s.speed_tolerance)
@@ -143,12 +130,10 @@ class BallParkDynamic(Model):
         return self.frame().back(action)
 
 
-class BallPlate(Model):
+class BallPlate(PushedBall):
     """Hold a ball at a point of a table."""
 
-    clip = staticmethod(in_box)
-
-    def draw(self, rng):
+    def draw(self, rng, params):
         def in_disk(radius):
             angle = rng.uniform(0.0, 2.0 * math.pi)
             far = radius * math.sqrt(rng.uniform())
@@ -172,20 +157,11 @@ class BallPlate(Model):
         names = ("q", "position", "velocity", "spin", "tilt", "tilt_rate")
         self.y = np.concatenate([np.atleast_1d(state[k]).astype(float) for k in names])
         self.point = np.array(point, dtype=float)
-        self.ball = Ball(*(getattr(self.p, k) for k in Ball.__dataclass_fields__))
         self.held = Held(self.s.hold, self.s.dt)
-
-    @property
-    def q(self):
-        return self.y[:4]
 
     def offset(self):
         """From the point to the ball [m]."""
         return np.asarray(self.y[4:6] - self.point)
-
-    @property
-    def rate(self):
-        return float(np.linalg.norm(ball_rate(self.y, self.ball)))
 
     def features(self):
         tilt = np.concatenate([self.y[9:11] / self.s.tilt_limit, self.y[11:] / self.s.tilt_rate])
@@ -201,7 +177,7 @@ class BallPlate(Model):
         return np.asarray((limited(wanted, largest) - rates) / dt)
 
     def move(self, action):
-        self.y = moved(self.y, np.array([0.0, 0.0, *self.motor(action)]), self.ball, self.s.dt)
+        self.y = moved(self.y, np.array([0.0, 0.0, *self.motor(action)]), self.p, self.s.dt)
         distance = math.hypot(*self.offset())
         rate = math.hypot(*self.y[11:])
         terms = {

@@ -53,7 +53,7 @@ def begin(env, model, state, params=None, seed=None, **beside):
 def started(env, model, rng, seed, **more):
     """Begin an episode of both: state of the model, and what is beside it of the environment."""
     params = model.draw_params(rng)
-    state = {**model.draw_with(rng, params), **more}
+    state = {**model.draw(rng, params), **more}
     for name in model.beside(np.zeros(20)):
         del state[name]
     return begin(env, model, state, params, seed)
@@ -177,7 +177,7 @@ class Pair:
 
     def shake(self, rng, steps):
         """Steps under actions that are outside their space now and then."""
-        return self.run(lambda page, k: rng.uniform(-1.5, 1.5, page.controls), steps)
+        return self.run(lambda page, k: rng.uniform(-1.5, 1.5, page.n_action), steps)
 
 
 def drawn(kind, n=2000, seed=5, **settings):

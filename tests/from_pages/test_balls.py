@@ -113,7 +113,7 @@ def test_rewards_of_goals_are_computed_anew_as_the_page_says():
     settings = {"weight_distance": 0.5, "angle_tolerance": 1.5, "position_tolerance": 2.0}
     env, model = side_by_side.both(balls.BallParkGoal, **settings)
     rng = np.random.default_rng(6)
-    pairs = [(model.draw(rng)["goal"], model.draw(rng)["goal"]) for _ in range(300)]
+    pairs = [(model.draw(rng, {})["goal"], model.draw(rng, {})["goal"]) for _ in range(300)]
     expected = []
     for achieved, desired in pairs:
         terms = model.judge(achieved, desired)
@@ -145,7 +145,7 @@ def test_a_ball_on_a_grid_does_what_its_page_says(settings):
     env, model = side_by_side.both(balls.BallGrid, **settings)
     rng, successes = np.random.default_rng(8), 0
     for _ in range(20):
-        seen = side_by_side.begin(env, model, model.draw(rng))
+        seen = side_by_side.begin(env, model, model.draw(rng, {}))
         side_by_side.alike(seen, model.observe(), EXACT)
         # the next choice is often the opposite of the last: so home is reached, from home at once
         choices = np.cumsum(rng.choice([0, 1, 2, 2], 30)) % 4
@@ -207,7 +207,7 @@ def test_the_reduced_frame_of_a_ball_with_inertia_is_that_of_the_page(turntable_
     env, model = side_by_side.both(BallParkDynamic, **settings)
     rng = np.random.default_rng(13)
     for _ in range(3):
-        start = {**model.draw(rng), "velocity": rng.uniform(-1.0, 1.0, 2)}
+        start = {**model.draw(rng, {}), "velocity": rng.uniform(-1.0, 1.0, 2)}
         seen = side_by_side.begin(env, model, start, model.draw_params(rng))
         side_by_side.alike(seen, model.observe(), ROOTS)
         # the roots of components that may be as small as 1e-4 magnify by 50
@@ -233,7 +233,7 @@ def test_a_ball_with_inertia_falls_off_the_plate_at_its_edge():
     env, model = side_by_side.both(BallParkDynamic, start_half_width=1.0, margin=0.5)
     rng = np.random.default_rng(15)
     for _ in range(5):
-        side_by_side.begin(env, model, model.draw(rng))
+        side_by_side.begin(env, model, model.draw(rng, {}))
         heading = rng.uniform(0.0, 2.0 * math.pi)
         action = np.array([math.cos(heading), math.sin(heading)])
         assert not side_by_side.play(env, model, [action] * 100, INTEGRATED[COARSE])
@@ -314,7 +314,7 @@ def test_a_ball_that_is_too_fast_for_the_integrator_ends_the_episode_without_rew
     env, model = side_by_side.environment("BallParkDynamic"), BallParkDynamic(n_substeps=COARSE)
     rng, ended = np.random.default_rng(22), 0
     for speed in np.linspace(14.0, 14.95, 12):
-        side_by_side.begin(env, model, {**model.draw(rng), "velocity": [speed, 0.0]})
+        side_by_side.begin(env, model, {**model.draw(rng, {}), "velocity": [speed, 0.0]})
         side_by_side.play(env, model, [[1.0, 0.0]], 50.0 * INTEGRATED[COARSE])  # 15 rad/s, not 4
         if model.rate > 15.0:
             ended += 1

@@ -85,7 +85,7 @@ def test_successes_are_counted_alike(kind, hold):
 
     def policy(page, k):
         push = {9: 1.0, 10: 1.0, 12: -1.0, 13: -1.0}.get(k % 15, 0.0)
-        return push * np.ones(page.controls)
+        return push * np.ones(page.n_action)
 
     successes = [outcome.info["is_success"] for outcome in pair.run(policy, 30)]
     assert any(successes) and (all(successes) == (hold == 0.0))  # see the page: 0 asks nothing
@@ -188,7 +188,7 @@ def test_a_turn_reaches_its_goal_and_leaves_it():
 def test_rewards_of_goals_are_computed_alike():
     rng, page = np.random.default_rng(14), bodies.Reorient(weight_angle=0.3, weight_rate=0.2)
     env = gym.make("RigidEnvs/Reorient-v0", weight_angle=0.3, weight_rate=0.2)
-    starts = [page.draw(rng) for _ in range(20)]
+    starts = [page.draw(rng, {}) for _ in range(20)]
     for k, start in enumerate(starts):
         start["omega_body"] = rng.normal(size=3) * rng.choice([0.01, 1.0])
         start["q"] = start["aux"] if k % 2 else start["q"]
@@ -227,7 +227,7 @@ def test_a_motion_that_becomes_too_fast_ends(kind, omega):
     if omega[2]:  # |L| / I2 is the larger rate
         start[6] *= 2.0 / 3.0
     pair.reset(np.random.default_rng(15), start)
-    outcomes = pair.run(lambda page, k: np.ones(page.controls), steps)
+    outcomes = pair.run(lambda page, k: np.ones(page.n_action), steps)
     assert outcomes[-1].info["physics_error"] and outcomes[-1].terminated
     assert outcomes[-1].reward == 0.0
 
@@ -271,7 +271,7 @@ def test_a_sleeping_top_is_a_success_after_the_hold_time(kind, hold):
 
     def policy(page, k):
         """A kick; the top nutates and comes back, or not."""
-        return np.ones(page.controls) * (25 < k < 30)
+        return np.ones(page.n_action) * (25 < k < 30)
 
     successes = [outcome.info["is_success"] for outcome in pair.run(policy, 50)]
     first = {0.0: 0, 0.32: 6, 1.0: 19}[hold]  # 1, 7 and 20 steps of 0.05 s
@@ -385,7 +385,8 @@ def test_arguments_do_the_same(kind, arguments):
 @each
 def test_weights_and_tolerances_do_the_same(kind):
     rng, names = np.random.default_rng(4), kind.defaults()
-    weights = {f"weight_{term}": float(k) - 0.5 for k, term in enumerate(kind.terms)}
+    terms = [name for name in names if name.startswith("weight_")]
+    weights = {name: float(k) - 0.5 for k, name in enumerate(terms)}
     wide = {name: 3.0 if "angle" in name else 0.9 for name in names if "tolerance" in name}
     short = {"hold": 0.22 if kind in tops.KINDS else 0.7} if "hold" in names else {}
     time = {"flip_time": (1.0, 1.5)} if "flip_time" in names else {}
@@ -417,7 +418,7 @@ def test_episodes_end_when_the_page_says(kind):
     env = environment(kind.__name__)
     upright = {"state": {"q": [1, 0, 0, 0], "omega_body": [0, 0, 6]}}
     env.reset(seed=5, options=upright if kind in tops.KINDS else None)
-    ends = [env.step(np.zeros(kind.controls, np.float32))[2:4] for _ in range(int(n))]
+    ends = [env.step(np.zeros(kind.n_action, np.float32))[2:4] for _ in range(int(n))]
     assert not any(any(end) for end in ends[:-1])
     assert ends[-1] == (False, True)
 

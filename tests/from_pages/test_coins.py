@@ -160,7 +160,7 @@ def test_a_roller_that_pumps_passes_the_rim(frame):
     env, model = side_by_side.both(RollPump, n_substeps=FINE, start_part=0.8, frame=frame)
     rng, successes = np.random.default_rng(10), 0
     for velocity in (0.0, 3.0, -5.0):
-        side_by_side.begin(env, model, {**model.draw(rng), "velocity": velocity})
+        side_by_side.begin(env, model, {**model.draw(rng, {}), "velocity": velocity})
         # large during descent, small during ascent
         pump = ([-np.sign(model.y[0] * model.y[1])] for _ in range(400))
         successes += side_by_side.play(env, model, pump, ROLLER_ERROR[FINE])
@@ -244,7 +244,7 @@ def test_episodes_begin_as_the_page_says(kind):
     ours, theirs = [], []
     for k in range(N):
         params = model.draw_params(rng)
-        start = model.draw_with(rng, params)
+        start = model.draw(rng, params)
         model.begin(params, **start)
         ours.append(row(model.observe(), start))
         state = {name: y[k, at] for name, at in parts.components.items() if name in start}

@@ -51,6 +51,10 @@ class HeavyTop(Page):
         """Minus the square of the input over its maximum."""
         return -(u @ u) / most
 
+    def success(self):
+        """Section *Episode End*."""
+        return self.held(self.tilt() < self.tolerance)
+
     def draw_state(self, rng):
         """Tilt and rates, pivot at rest in the centre."""
         return np.concatenate([tilted(rng, self.draw_tilt(rng)), self.draw_omega(rng), np.zeros(4)])
@@ -138,8 +142,7 @@ class HeavyTop(Page):
 class SleepingTop(HeavyTop):
     """docs/environments/SleepingTop.md."""
 
-    terms = ("upright", "effort")
-    controls = 2
+    n_action = 2
     clip = staticmethod(in_disk)
     ACCEPTED = 1.1
 
@@ -154,10 +157,6 @@ class SleepingTop(HeavyTop):
     def values(self, u):
         """Section *Rewards*."""
         return {"upright": 1 / (1 + 10 * self.tilt()), "effort": self.effort(u, self.torque**2)}
-
-    def success(self):
-        """Section *Episode End*."""
-        return self.held(self.tilt() < self.tolerance)
 
     def reduced(self):
         """Section *Reduced Frame*."""
@@ -183,8 +182,7 @@ class SleepingTopRandom(SleepingTop):
 class TopPrecession(HeavyTop):
     """docs/environments/TopPrecession.md; beside the state: counter, and commanded tilt."""
 
-    terms = ("tilt", "rate", "effort")
-    controls = 2
+    n_action = 2
     bound = 30.0
 
     def input_of(self, action):
@@ -278,7 +276,6 @@ class TopRandom(HeavyTop):
     """docs/environments/TopRandom.md."""
 
     physical = ("I1", "I2", "I3", "m", "g", "ell")
-    terms = ("upright", "effort")
     bound = 30.0
 
     @property
@@ -297,10 +294,6 @@ class TopRandom(HeavyTop):
     def values(self, u):
         """Section *Rewards*."""
         return {"upright": 1 / (1 + 10 * self.tilt()), "effort": self.effort(u, 3 * self.torque**2)}
-
-    def success(self):
-        """Section *Episode End*."""
-        return self.held(self.tilt() < self.tolerance)
 
     def inertia(self):
         """The mean of I1 and I2."""
@@ -330,8 +323,7 @@ class TopRandom(HeavyTop):
 class PivotTop(HeavyTop):
     """docs/environments/PivotTop.md."""
 
-    terms = ("upright", "centre", "effort")
-    controls = 2
+    n_action = 2
     clip = staticmethod(in_disk)
 
     def input_of(self, action):

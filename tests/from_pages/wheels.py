@@ -7,7 +7,7 @@ import numpy as np
 
 from rigid_envs.base.checks import Array
 from tests.from_pages.attitudes import compose, matrix
-from tests.from_pages.model import Held, Judged, Model, in_box, limited, moved, root, smooth
+from tests.from_pages.model import Held, Judged, Model, Turning, limited, moved, root, smooth
 from tests.vectors import cross
 
 
@@ -33,9 +33,7 @@ def angles_of(q):
 class CoinPark(Model):
     """Park a coin."""
 
-    clip = staticmethod(in_box)
-
-    def draw(self, rng):
+    def draw(self, rng, params):
         half = self.s.start_half_width
         return {
             "q": attitude_of(*rng.uniform(-math.pi, math.pi, 2)),
@@ -109,17 +107,6 @@ class CoinPark(Model):
 
 
 @dataclass(frozen=True)
-class Disk:
-    """Parameters of the system."""
-
-    m: float
-    radius: float
-    I1: float
-    I3: float
-    g: float
-
-
-@dataclass(frozen=True)
 class Seen:
     """A state in rolling variables, all in body axes or rad and rad/s."""
 
@@ -174,18 +161,14 @@ def rate_of_change(y, torque, disk):
     return np.array([*dq, *np.linalg.solve(inertia, moment), *contact])
 
 
-class DiskRoll(Model):
+class DiskRoll(Turning):
     """Keep a disk rolling on a circle."""
 
-    clip = staticmethod(in_box)
+    n_action = 1
 
-    @property
-    def n_action(self):
-        return 1
-
-    def draw_with(self, rng, params):
+    def draw(self, rng, params):
         """A start of a wheel with these parameters."""
-        p = {k: params.get(k, getattr(self.s, k)) for k in Disk.__dataclass_fields__}
+        p = {**vars(self.s), **params}
         lean = self.s.start_lean * rng.uniform(-1.0, 1.0)
         wn, wl = self.s.start_rate * rng.uniform(-1.0, 1.0, 2)
         share = self.s.start_speed + self.s.start_spread * rng.uniform()
@@ -206,21 +189,13 @@ class DiskRoll(Model):
         omega = wn * state.n + wl * state.travel + w3 * np.array([0.0, 0.0, 1.0])
         return {"q": q, "omega_body": omega, "contact": [0.0, 0.0], "goal": goal}
 
-    def draw(self, rng):
-        return self.draw_with(rng, {})
-
     def beside(self, aux):
         return {"goal": aux[1]}
 
     def place(self, q, omega_body, contact, goal):
         self.y = np.array([*q, *omega_body, *contact], dtype=float)
         self.goal = float(goal)
-        self.disk = Disk(*(getattr(self.p, k) for k in Disk.__dataclass_fields__))
         self.held = Held(self.s.hold, self.s.dt)
-
-    @property
-    def q(self):
-        return self.y[:4]
 
     def curvature(self):
         """Curvature of the path of the contact, times the radius."""
@@ -231,7 +206,7 @@ class DiskRoll(Model):
     @property
     def rate(self):
         across = math.hypot(self.y[4], self.y[5]) / math.cos(seen(self.y).lean)
-        return float(abs(self.y[6]) + across + math.sqrt(self.disk.g / self.disk.radius))
+        return float(abs(self.y[6]) + across + math.sqrt(self.p.g / self.p.radius))
 
     def features(self):
         state = seen(self.y)
@@ -241,7 +216,7 @@ class DiskRoll(Model):
     def move(self, action):
         torque = self.s.torque * float(action[0])
         u = np.array([0.0, torque, 0.0])
-        self.y = moved(lambda y: rate_of_change(y, u, self.disk), self.y, self.s.dt)
+        self.y = moved(lambda y: rate_of_change(y, u, self.p), self.y, self.s.dt)
         lean = seen(self.y).lean
         error = abs(self.curvature() - self.goal) / abs(self.goal)
         fallen = abs(lean) > math.pi / 3.0
@@ -294,13 +269,9 @@ class DiskRollRandom(DiskRoll):
 class RollPump(Model):
     """Roll over the rim of a valley."""
 
-    clip = staticmethod(in_box)
+    n_action = 1
 
-    @property
-    def n_action(self):
-        return 1
-
-    def draw_with(self, rng, params):
+    def draw(self, rng, params):
         """A start in a valley with these parameters."""
         part = self.s.start_part * rng.uniform(0.5, 1.0)
         curvature = params.get("curvature", self.s.curvature)
@@ -308,9 +279,6 @@ class RollPump(Model):
             "arc_length": rng.choice([-1.0, 1.0]) * part * self.s.rim / curvature,
             "velocity": 0.0,
         }
-
-    def draw(self, rng):
-        return self.draw_with(rng, {})
 
     def place(self, arc_length, velocity):
         self.y, self.added = np.array([arc_length, velocity]), 0.0
