@@ -1,14 +1,16 @@
-"""No controller takes what is no number for one of its own."""
+"""No controller takes what is no number, or acts beyond its limits, or mixes rows."""
 
 import importlib
 import inspect
 import pkgutil
 from dataclasses import fields, is_dataclass, replace
 
+import numpy as np
 import pytest
 
 from rigid_envs import control, systems
 from rigid_envs.control.predictive import CrossEntropyChoices, PathIntegral
+from rigid_envs.mechanics import rotations
 from rigid_envs.systems.dynamic_ball import controllers as dynamic_ball
 from rigid_envs.systems.free_body import controllers as free_body
 from rigid_envs.systems.heavy_top import controllers as heavy_top
@@ -17,6 +19,7 @@ from rigid_envs.systems.rolling_ball import controllers as rolling_ball
 from rigid_envs.systems.rolling_disk import controllers as rolling_disk
 from rigid_envs.systems.upright_coin import controllers as upright_coin
 from tests.refusals import NO_SCALARS, refusal
+from tests.systems.claims import spinning
 
 BODY, TOP, BALL, MOVED = (
     systems.FreeBody(1.0, 2.0, 3.0),
@@ -92,3 +95,56 @@ def test_every_controller_with_numbers_is_tried():
     # the one that is left is made with CasADi alone
     tried = {kind.__name__ for each in CONTROLLERS for kind in type(each).__mro__}
     assert found - tried == {"PredictiveControl"}
+
+
+RNG, LEAD = np.random.default_rng(0), (3, 5)
+SPINS, ATTITUDES = spinning(RNG, LEAD), rotations.random_quaternion(RNG, LEAD)
+SPINS[0, :, 4:7] *= 0.01
+SPINS[1, :, 4:7] = [0.0, 1.0, 0.0] + 0.01 * SPINS[1, :, 4:7]
+LEANS = 0.3 * RNG.normal(size=(*LEAD, 3))
+LEANS[0] *= 0.01
+TOPS = TOP.state(q=rotations.exp(LEANS), omega_body=LEANS + np.eye(3)[2])
+MOTIONS = RNG.uniform([-1.0, -1.0, -1.0, 1.0], [1.0, 1.0, 1.0, 2.0], (*LEAD, 4))
+DISKS = rolling_disk.rolling_state(rolling_disk.DiskMotion(*np.moveaxis(MOTIONS, -1, 0)))
+PLACES, PACES = RNG.uniform(-3.0, 3.0, (*LEAD, 2)), RNG.uniform(-0.5, 0.5, (*LEAD, 2))
+BALLS = BALL.state(q=ATTITUDES, position=PLACES)
+PLATES = MOVED.state(q=ATTITUDES, position=PLACES, velocity=PACES, tilt=PACES[::-1])
+SHARES = RNG.uniform(0.1, 0.7, LEAD)
+AHEAD = rolling_ball.FarSightedFollower(BALL, 1.0, 0.1).regulator(PACES).gain
+IN_BOX = {
+    "AsymmetricBalance": (TOPS,),
+    "CircleRegulator": (DISKS, SHARES),
+    "EnergyCasimir": (SPINS,),
+    "ForcedFlip": (SPINS,),
+    "PlateRegulator": (PLATES, PACES),
+    "PrecessionRegulator": (TOPS + 7.5 * np.eye(11)[6], SHARES),
+    "Pump": (PLACES, SHARES),
+    "QuaternionPD": (SPINS, ATTITUDES),
+    "SeparatrixSteering": (SPINS,),
+    "SingleTorque": (SPINS,),
+    "SpinRegulator": (SPINS,),
+    "TimedFlip": (SPINS, 9.0 * SHARES),
+}
+IN_BALL = {
+    "DampedFollower": (BALLS, BALLS[::-1], PACES),
+    "FarSightedFollower": (BALLS, BALLS[::-1], PACES, AHEAD),
+    "MomentumBrake": (SPINS,),
+    "MomentumRegulator": (SPINS,),
+    "PivotBalance": (TOPS,),
+    "PushAlong": (PLATES, PACES, PLACES, PACES),
+    "UprightBalance": (TOPS,),
+}
+
+
+@pytest.mark.parametrize("name", [*IN_BOX, *IN_BALL])
+def test_actions_stay_within_their_limits_and_rows_are_independent(name):
+    controller = next(each for each in CONTROLLERS if type(each).__name__ == name)
+    args = (IN_BOX | IN_BALL)[name]
+    actions = controller(*args)
+    size = np.linalg.norm(actions, axis=-1) if name in IN_BALL else np.abs(actions).max(axis=-1)
+    assert actions.shape[:-1] == LEAD
+    assert size.max() <= 1.0 + 4.0 * np.finfo(float).eps * (name in IN_BALL)
+    assert (size > 1.0 - 1e-12).any() and ((np.abs(actions) < 0.99).any() or name == "Pump")
+    for row in np.ndindex(LEAD):
+        # sums may be taken in another order
+        np.testing.assert_allclose(controller(*(a[row] for a in args)), actions[row], atol=1e-13)

@@ -5,17 +5,6 @@ import numpy as np
 from rigid_envs.mechanics import rotations
 
 
-def assert_within_limits_row_by_row(controller, *args, ball=False):
-    """Actions stay in their space, some of them at its boundary, and rows are independent."""
-    actions = controller(*args)
-    size = np.linalg.norm(actions, axis=-1) if ball else np.abs(actions).max(axis=-1)
-    assert size.max() <= 1.0 + 4.0 * np.finfo(float).eps * ball
-    assert (size > 1.0 - 1e-12).any()
-    for row in np.ndindex(actions.shape[:-1]):
-        # sums may be taken in another order
-        np.testing.assert_allclose(controller(*(a[row] for a in args)), actions[row], atol=1e-13)
-
-
 def assert_optimal(F, G, gain, P, Q, R, most=0.99, **tolerance):
     """Feedback is stable, and P solves the Riccati equation of the step F, G at the costs Q, R."""
     closed = F - G @ gain

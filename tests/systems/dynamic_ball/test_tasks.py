@@ -13,7 +13,6 @@ from rigid_envs.systems.dynamic_ball.tasks.ball_plate import BallPlate
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.rolling_ball.controllers import roll_along
 from tests.refusals import refuses
-from tests.systems.claims import assert_within_limits_row_by_row
 from tests.systems.runs import bound, rows, run, still
 
 # PlateRegulator and PushAlong: values that are costs, errors that die out, and from how far.
@@ -116,15 +115,6 @@ def test_rates_are_those_commanded_at_the_end_of_the_period():
     np.testing.assert_allclose(controller.ball.tilt_rate(after), [0.2, 0.4], rtol=1e-14)
 
 
-def test_no_rate_is_larger_than_the_largest_and_each_row_is_as_alone():
-    controller, rng = controller_on(1.0), np.random.default_rng(1)
-    y = controller.ball.state(
-        position=rng.uniform(-5, 5, (4, 3, 2)), tilt=rng.uniform(-1, 1, (4, 3, 2))
-    )
-    points = rng.uniform(-1, 1, (4, 3, 2))
-    assert_within_limits_row_by_row(controller, y, points)
-
-
 def test_beyond_the_farthest_only_the_direction_of_the_offset_counts():
     controller = controller_on(0.0)
     near, far = (
@@ -192,14 +182,6 @@ def test_the_error_of_a_ball_is_multiplied_by_the_closed_loop_in_each_period():
         error = PUSHER.closed_loop @ error
         force = 4.0 * PUSHER(y, push, plan.positions[k], plan.velocities[k])
         y = BALL.advance(y, np.concatenate([force, np.zeros((20, 2))], axis=1), 0.1, 5)
-
-
-def test_no_force_is_larger_than_the_largest_and_each_row_is_as_alone():
-    rng = np.random.default_rng(2)
-    y = np.broadcast_to(BALL.state(), (5, 4, 13)).copy()
-    y[..., 4:8] = rng.uniform(-3.0, 3.0, (5, 4, 4))
-    planned = rng.uniform(-1.0, 1.0, (3, 5, 4, 2))
-    assert_within_limits_row_by_row(PUSHER, y, *planned, ball=True)
 
 
 def test_plans_of_a_batch_are_those_of_its_rows():

@@ -75,16 +75,6 @@ def test_the_bottom_is_where_the_path_is_level():
     np.testing.assert_allclose(tilted.height(y + shift, 0.0), PUMP.height(y, 0.0))
 
 
-def test_actions_are_the_ends_of_the_box_for_each_row_as_alone():
-    rng = np.random.default_rng(1)
-    y, change = rng.uniform(-1.0, 1.0, (2, 20, 2)), rng.uniform(0.0, 0.9, (2, 20))
-    actions = PUMP(y, change)
-    assert actions.shape == (2, 20, 1)
-    assert set(np.unique(actions)) == {-1.0, 1.0}
-    for row in np.ndindex(2, 20):
-        assert PUMP(y[row], change[row]) == actions[row]
-
-
 def test_what_cannot_be_pumped_is_refused():
     refuses(r"roller\.curvature = 0\.0", Pump, Roller(), 0.6, DT)
     refuses("expected rest, and not at the bottom", PUMP.least_passes, [0.0, 0.0], 1.0)

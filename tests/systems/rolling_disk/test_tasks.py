@@ -19,7 +19,6 @@ from rigid_envs.systems.rolling_disk.references import circle_regulator
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, DiskRollRandom, threshold
 from tests.refusals import refuses
-from tests.systems.claims import assert_within_limits_row_by_row
 from tests.systems.runs import bound, rows, run, still
 
 # CircleRegulator: steady circles of the closed form, the lean that does not move, and the cost.
@@ -172,14 +171,6 @@ def test_slow_discs_that_lean_are_led_onto_their_circles(share, lean, goal):
 
     sizes = lean * np.array([0.0001, 0.5, 1.0])
     assert (region_of_attraction(succeeds, [[1.0], [-1.0]], sizes) == lean).all()
-
-
-def test_no_torque_is_larger_than_the_largest_and_each_row_is_as_alone():
-    controller, rng = controller_of("disk"), np.random.default_rng(3)
-    y = rolling_state(DiskMotion(*rng.uniform([-1, -1, -1, 1], [1, 1, 1, 2], (4, 3, 4)).T))
-    goals = rng.uniform(0.1, 0.3, (3, 4))
-    assert controller(y, goals).shape == (3, 4, 1)
-    assert_within_limits_row_by_row(controller, y, goals)
 
 
 def test_a_disk_that_stands_is_held_as_it_leans():
