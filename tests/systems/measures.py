@@ -81,10 +81,21 @@ def million_steps(system, y0, dt, moments=20000):
     return system.simulate(y0, sample_steps(10**6, moments) * dt, max_step=dt)
 
 
-def relative_energy(trajectory):
-    """Change of the energy since the start, as a part of it."""
+def assert_energy_stays(trajectory, bound, size=None, share=0.1):
+    """The energy changes by no more than a bound, and goes nowhere; attitudes stay unit.
+
+    Args:
+        trajectory: of one start.
+        bound: of the change.
+        size: in parts of which the change is measured; by default the energy at the start.
+        share: see `is_level`.
+    """
     energy = trajectory.invariants["energy"]
-    return energy / energy[0] - 1.0
+    change = (energy - energy[0]) / (size or energy[0])
+    assert np.max(np.abs(change)) <= bound
+    assert is_level(trajectory.t, change, share)
+    if "q" in trajectory:
+        assert np.max(np.abs(np.linalg.norm(trajectory["q"], axis=-1) - 1.0)) <= 1e-14
 
 
 def leaning(theta):

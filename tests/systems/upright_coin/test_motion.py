@@ -10,7 +10,7 @@ from scipy.special import fresnel
 from rigid_envs.systems.upright_coin import closed_forms as upright_coin
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.reference import cases, every
-from tests.systems.measures import is_level, million_steps
+from tests.systems.measures import assert_energy_stays, million_steps
 
 # Closed forms of the upright coin against reference cases, Fresnel and an integrator.
 
@@ -142,9 +142,7 @@ def test_a_million_steps_on_a_slope_keep_the_energy_and_the_height():
     coin = UprightCoin(slope=0.3)
     y = coin.state(q=coin.attitude(math.pi, 0.0), steer_rate=1.2)
     motion = million_steps(coin, y, 0.04, 1500)
-    energy = motion.invariants["energy"] - motion.invariants["energy"][0]
-    assert np.max(np.abs(energy)) <= 2e-7  # found: 7e-8
-    assert is_level(motion.t, energy, share=0.25)
+    assert_energy_stays(motion, 2e-7, size=1.0, share=0.25)  # found: 7e-8
     np.testing.assert_array_equal(motion["steer_rate"], 1.2)
     # Down by at most g sin(slope) / omega^2 / (1 + beta), for ever.
     lowest = 9.81 * math.sin(0.3) / 1.44 / 1.5
