@@ -40,7 +40,7 @@ def run(env_id, policy, n=100, seed=0, **config):
     cost, reward, steps = np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)
     y = [envs.y]
     while alive.any():
-        actions = np.asarray(policy(envs), dtype=np.float32)
+        actions = np.asarray(policy(envs), dtype=envs.action_space.dtype)
         _, rewards, terminated, truncated, infos = envs.step(actions)
         assert not infos["physics_error"].any()
         cost += np.where(alive, infos["cost"], 0.0)

@@ -11,7 +11,7 @@ from rigid_envs.systems.rolling_ball.references import quarter_rolls
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from tests.reference import cases, every
 from tests.refusals import refuses
-from tests.systems.runs import bound
+from tests.systems.runs import bound, run
 
 # Straight rolls and plans of them: where they lead, by the closed form, and in how many steps.
 
@@ -253,14 +253,6 @@ def test_a_move_is_a_quarter_roll():
         np.testing.assert_allclose(np.abs(np.sum(q * expected, axis=1)), 1.0, rtol=0, atol=1e-15)
 
 
-def test_a_move_is_undone_by_the_opposite_one():
-    for side in range(4):
-        there_and_back = controllers.attitudes_after()[
-            controllers.attitudes_after()[:, side], (side + 2) % 4
-        ]
-        np.testing.assert_array_equal(there_and_back, np.arange(24))
-
-
 def test_fewest_moves_solve_the_equation_of_bellman(policy):
     y = everywhere(policy, REACH - 1)
     moves = policy.moves(y)
@@ -349,20 +341,6 @@ def cells_and_attitudes(y, radius):
     return cells, np.argmax(np.abs(y[..., :4] @ controllers.attitudes().T), axis=-1)
 
 
-def play(policy, n, seed=0):
-    """Steps to the end, success and starts of one episode of n rows."""
-    envs = RigidVectorEnv(TASK, n, max_episode_steps=30)
-    envs.reset(seed=seed)
-    start = envs.y
-    steps, success, alive = np.zeros(n, int), np.zeros(n, bool), np.ones(n, bool)
-    while alive.any():
-        _, _, terminated, truncated, infos = envs.step(policy(envs))
-        steps += alive
-        success |= alive & infos["is_success"]
-        alive &= ~(terminated | truncated)
-    return steps, success, start
-
-
 def test_the_moves_are_those_of_the_policy():
     envs = RigidVectorEnv(TASK, 96)
     y = np.zeros((24, 4, 6))
@@ -384,10 +362,12 @@ def from_all_starts():
 
 
 def test_the_breadth_first_search_brings_every_ball_home_on_the_shortest_way():
-    steps, success, start = play(bound(quarter_rolls), 5000)
-    least = LAW.moves(start)
-    assert success.all()
-    np.testing.assert_array_equal(steps, np.where(least == 0, 2, least))  # at home: out and back
+    found = run("BallGrid", bound(quarter_rolls), 5000)
+    least = LAW.moves(found.y[0])
+    assert found.success.all()
+    np.testing.assert_array_equal(
+        found.steps, np.where(least == 0, 2, least)
+    )  # at home: out and back
 
 
 def test_the_longest_of_the_shortest_ways_is_nine_moves():
@@ -398,11 +378,11 @@ def test_the_longest_of_the_shortest_ways_is_nine_moves():
 
 def test_a_way_without_a_plan_seldom_leads_home():
     rng = np.random.default_rng(0)
-    _, success, _ = play(lambda envs: rng.integers(0, 4, envs.num_envs), 5000)
-    assert np.mean(success) < 0.025
+    found = run("BallGrid", lambda envs: rng.integers(0, 4, envs.num_envs), 5000)
+    assert np.mean(found.success) < 0.025
     for side in range(4):
-        _, success, _ = play(lambda envs, side=side: np.full(envs.num_envs, side), 1000)
-        assert np.mean(success) < 0.01
+        found = run("BallGrid", lambda envs, side=side: np.full(envs.num_envs, side), 1000)
+        assert np.mean(found.success) < 0.01
 
 
 def test_rounding_does_not_move_the_ball_off_the_grid():

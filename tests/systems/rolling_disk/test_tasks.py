@@ -15,11 +15,10 @@ from rigid_envs.systems.rolling_disk.controllers import (
     rolling,
     rolling_state,
 )
-from rigid_envs.systems.rolling_disk.references import circle_regulator
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, DiskRollRandom, threshold
 from tests.refusals import refuses
-from tests.systems.runs import bound, rows, run, still
+from tests.systems.runs import rows, run, still
 
 # CircleRegulator: steady circles of the closed form, the lean that does not move, and the cost.
 
@@ -194,52 +193,15 @@ TASKS = {"DiskRoll": DiskRoll, "DiskRollRandom": DiskRollRandom}
 SHAPES = {"disc": (0.25, 0.5, 1.0 / 3.0), "hoop": (0.5, 1.0, 1.0 / 4.0)}
 
 
-@pytest.mark.parametrize("name", TASKS)
-def test_linear_feedback_leads_disks_round_their_circles_from_every_start(name):
-    success = run(name, bound(circle_regulator)).success
-    # one wheel of 3000 falls: its circle takes 2.8 of the 3 N m there are, just to be held
-    assert success.all() if name == "DiskRoll" else success.mean() >= 0.99
-
-
-@cache
-def leans(shape, share):
-    """Leans of free disks from 1e-6 rad, (T, N) in that unit, at a share of the threshold."""
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("share", [0.5, 0.98, 1.02, 1.5])
+def test_an_upright_disk_falls_below_the_threshold_and_rolls_on_above(shape, share):
     I1, I3, _ = SHAPES[shape]
     config = {"I1": I1, "I3": I3, "start_lean": 1e-6, "start_rate": 0.0, "n_substeps": 8}
     y = run("DiskRoll", still, n=20, start_speed=share, start_spread=0.0, **config).y
-    lean = rolling(y).lean
-    return lean / lean[0]
-
-
-def linear_lean(shape, share):
-    """The same, of the linear equation, from rest.
-
-    ``(I1 + m r^2) x'' = m g r x - (I3 + m r^2) (I3 / I1) w3^2 (x - x_0)``.
-    """
-    I1, I3, square = SHAPES[shape]
-    stiff = (I3 + 1.0) * I3 / I1 * share**2 * square * G
-    rate = np.emath.sqrt((G - stiff) / (I1 + 1.0))
-    middle = stiff / (stiff - G)
-    return np.real(middle + (1.0 - middle) * np.cosh(rate * 0.05 * np.arange(401)))
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("share", [1.02, 1.1, 1.5])
-def test_above_the_threshold_an_upright_disk_rolls_on(shape, share):
-    expected = linear_lean(shape, share)
-    assert np.max(np.abs(expected)) < 60.0
-    # Leans up to 6e-5 rad: their square over the 4 % by which one stiffness exceeds the other, for
-    # 20 s; and roundings of 1e-16 in leans of 1e-8 rad and more.
-    np.testing.assert_allclose(leans(shape, share).T[:, :401], [expected] * 20, rtol=0, atol=1e-3)
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("share", [0.98, 0.9, 0.5])
-def test_below_the_threshold_it_falls(shape, share):
-    found, expected = leans(shape, share), linear_lean(shape, share)
-    small = np.abs(expected) < 1e3  # while the lean is below 0.001 rad
-    np.testing.assert_allclose(found[small[: len(found)]].T, [expected[small]] * 20, rtol=2e-3)
-    assert np.max(np.abs(found), axis=0).min() > 1e3
+    lean = np.abs(rolling(y).lean)
+    grown = np.max(lean, axis=0) / lean[0]
+    assert (grown < 60.0).all() if share > 1.0 else (grown > 1e3).all()
 
 
 @pytest.mark.parametrize("shape", SHAPES)
