@@ -24,7 +24,8 @@ from rigid_envs.testing.environments import (
 )
 
 N = 3
-NUMBERS = (np.nan, np.inf, -np.inf, -1.0, 0.5, 3.0, 1e3, 2.0**33, 1e18, 1e300, -1e300, 5e-324)
+NUMBERS = (np.nan, np.inf, -np.inf, -1.0, 0.5, 3.0, 1e3, 2.0**33, 1e18, 1e300, -1e300)
+NUMBERS += (5e-324, 1e-160, 1e-12, 1e6)
 """What is put in the place of each number of a state."""
 
 

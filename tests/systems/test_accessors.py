@@ -140,25 +140,13 @@ def test_the_critical_spin_is_the_sleeping_threshold():
     assert 0.09 * top.critical_spin**2 == pytest.approx(4.0 * 1.2 * 1.8, rel=1e-15)
 
 
-@pytest.mark.parametrize("system", [BODY, TOP], ids=name_of)
-def test_no_rate_exceeds_its_bound(system):
-    rng = np.random.default_rng(9)
-    y0 = states(system, rng, 30)
-    u = rng.uniform(-1.0, 1.0, (30, len(system.input_entries)))
-    t = np.linspace(0.0, 4.0, 41)
-    for k in range(len(y0)):
-        omega = system.simulate(y0[k], t, u[k])["omega_body"]
-        rates = np.linalg.norm(omega, axis=-1)
-        assert rates.max() <= system.rate_bound(y0[k], u[k], 4.0)
-
-
-@pytest.mark.parametrize("system", [DISK, PLATE, COIN], ids=name_of)
+@pytest.mark.parametrize("system", [BODY, TOP, DISK, PLATE, COIN], ids=name_of)
 def test_no_rate_exceeds_its_bound_before_the_horizon(system):
     rng = np.random.default_rng(10)
     y0, u = states(system, rng, 30), inputs(system, rng, 30)
     for k in range(len(y0)):
-        horizon = system.horizon(y0[k], u[k])
-        motion = system.simulate(y0[k], np.linspace(0.0, horizon, 11), u[k])
+        horizon = min(system.horizon(y0[k], u[k]), 4.0)  # of body and top it is infinite
+        motion = system.simulate(y0[k], np.linspace(0.0, horizon, 41), u[k])
         if system is COIN:  # which turns about the vertical and about its axis one after the other
             rates = np.maximum(np.abs(motion["steer_rate"]), np.abs(motion["roll_rate"]))
         else:
