@@ -150,15 +150,6 @@ def test_batches_of_another_shape_or_kind_are_refused(env_id):
         assert_refused(envs, batch, str(good.shape))
 
 
-def test_after_a_refusal_the_episode_goes_on_as_if_nothing_had_happened(env_id):
-    disturbed, quiet = vector(env_id, 3, **rich(env_id)), vector(env_id, 3, **rich(env_id))
-    assert_same_bits(disturbed.reset(seed=0), quiet.reset(seed=0))
-    for batch in actions(env_id, 20, 3):
-        with pytest.raises(ValueError):
-            disturbed.step(spoilt(env_id, batch, 1)[0])
-        assert_same_bits(disturbed.step(batch), quiet.step(batch))
-
-
 def test_kind_of_number_does_not_matter(env_id):
     if n_choices := task_of(env_id).n_choices:
         kinds = (int, np.int64, np.int8, np.uint8, np.uint64, np.array)

@@ -329,10 +329,14 @@ def test_a_torque_about_e3_alone_captures_no_spin():
 @pytest.mark.parametrize(
     ("actuators", "least"), [("e1 e2 e3", 0.99), ("e1 e3", 0.99), ("e2 e3", 0.93), ("e1 e2", 0.9)]
 )
-def test_steering_onto_the_separatrix_captures_the_spin(actuators, least):
-    """Of 1000 starts: 1000, 1000, 967 and 949."""
+def test_steering_captures_every_spin_and_most_of_them_in_a_minute(actuators, least):
+    """Of 1000 starts in a minute: 1000, 1000, 967 and 949."""
     found = run("SpinCapture", bound(separatrix_steering), actuators=actuators)
     assert found.success.mean() >= least
+    longer = {"max_episode_steps": 1500, "n_substeps": 12}
+    assert run(
+        "SpinCapture", bound(separatrix_steering), actuators=actuators, **longer
+    ).success.all()
     if actuators == "e1 e2 e3":
         assert found.cost.mean() < 1.6  # N m s
 
