@@ -103,6 +103,18 @@ def test_a_ball_that_stands_in_space_turns_as_in_the_reference():
     np.testing.assert_allclose(attitude.as_matrix(), expected, rtol=0, atol=tolerance)
 
 
+@pytest.mark.parametrize("table", [2.5, -1.2])
+def test_rolling_round_the_axis_is_a_motion_of_the_turntable(table):
+    t = np.linspace(0.0, 12.0, 7)
+    plate = {"turntable_rate": table, **BALL}
+    motion, _ = theory.roll_round_axis(t, circle_radius=0.9, phase=0.4, spin=1.1, **plate)
+    general = theory.roll_on_plate(t, motion.centre[0, :2], motion.omega[0], g=9.81, **plate)
+    for steady, value in zip(motion, general, strict=True):
+        np.testing.assert_allclose(steady, value, rtol=0, atol=256 * EPS)
+    circle = theory.turntable_circle(motion.centre[0, :2], motion.omega[0], **plate)
+    np.testing.assert_allclose(circle.centre, 0.0, rtol=0, atol=8 * EPS)
+
+
 def test_a_plate_that_turns_ever_slower_is_one_at_rest():
     t = np.linspace(0.0, 3.0, 4)
     rest = theory.roll_on_plate(t, **START, **BALL, tilt=0.2, g=9.81)
