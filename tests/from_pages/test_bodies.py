@@ -129,6 +129,20 @@ def test_a_direction_that_was_rounded_is_not_clipped(size):
         pair.step(size * direction / np.linalg.norm(direction))
 
 
+@pytest.mark.parametrize(("kind", "frame"), in_frames(bodies.Reorient))
+def test_a_turn_at_its_goal_is_alike(kind, frame):
+    rng, pair = np.random.default_rng(13), Pair(kind, frame=frame)
+    for angle in (0.0, 1e-9, 0.05):
+        pair.reset(rng)
+        state = pair.env.unwrapped.get_state()
+        state["y"][:4] = compose(pair.page.aux, of_rotation_vector([0.0, angle, 0.0]))
+        pair.env.unwrapped.set_state(state)
+        pair.page.y[:4] = state["y"][:4]
+        # at rest: there roundings decide on the signs of the frame
+        outcomes = [pair.step(np.zeros(3))[0] for _ in range(2)]
+        assert outcomes[1].info["is_success"]
+
+
 def test_rewards_of_goals_are_computed_alike():
     rng, page = np.random.default_rng(14), bodies.Reorient(weight_angle=0.3, weight_rate=0.2)
     env = gym.make("RigidEnvs/Reorient-v0", weight_angle=0.3, weight_rate=0.2)
