@@ -4,10 +4,8 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from stable_baselines3 import PPO, HerReplayBuffer
-from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
 from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError, make_vec_env, split
 from rigid_envs.scores.policies import RandomPolicy
@@ -216,41 +214,6 @@ def test_an_action_that_is_not_finite_is_named_and_not_taken(drift, bad):
     assert drift.venv.state["elapsed"].tolist() == before
 
 
-def test_sb3_wrappers_training_and_evaluation_run_over_it():
-    with pytest.warns(UserWarning, match="already wrapped with a `Monitor`"):
-        env = VecNormalize(VecMonitor(GymnasiumVecEnv(Drift(8))))
-    model = PPO("MlpPolicy", env, n_steps=32, batch_size=64, n_epochs=1, device="cpu", seed=0)
-    model.learn(8 * 32 * 2)
-    assert len(model.ep_info_buffer) > 0 and len(model.ep_success_buffer) > 0
-    returns, lengths = evaluate_policy(
-        model, GymnasiumVecEnv(Drift(2)), n_eval_episodes=4, return_episode_rewards=True
-    )
-    assert len(returns) == 4 and max(lengths) <= 20
-
-
-def test_truncated_states_are_worth_their_value():
-    """Reward 1 forever, cut every 20 steps, has the value 1 / (1 - gamma) in every state."""
-    env = GymnasiumVecEnv(Drift(4, noise=0.0))
-    env.venv._start = lambda rows: env.venv.state["elapsed"].__setitem__(rows, 0)
-    env.venv.state["x"][:] = 5.0
-    gamma = 0.9
-    model = PPO("MlpPolicy", env, n_steps=64, batch_size=64, gamma=gamma, device="cpu", seed=0)
-    value = 1.0 / (1.0 - gamma)
-    for parameter in model.policy.value_net.parameters():
-        parameter.data.zero_()
-    model.policy.value_net.bias.data.fill_(value)
-    plain_step = env.venv.step
-
-    def unit_reward(actions):
-        obs, _, terminated, truncated, info = plain_step(np.zeros_like(actions))
-        return obs, np.ones(4), terminated, truncated, info
-
-    env.venv.step = unit_reward
-    _, callback = model._setup_learn(256, None)
-    model.collect_rollouts(env, callback, model.rollout_buffer, 64)
-    np.testing.assert_allclose(model.rollout_buffer.returns, value, rtol=1e-6)
-
-
 GOAL = "RigidEnvs/BallParkGoal-v0"
 GRID = "RigidEnvs/BallGrid-v0"
 CART = "CartPole-v1"
@@ -322,15 +285,6 @@ def test_the_last_observation_of_an_episode_is_a_dictionary_of_one_row():
             assert not np.shares_memory(last[key], obs[key])
 
 
-def followed(obs, dones, infos):
-    """What a step leads to: where an episode ends, its last observation."""
-    following = {key: part.copy() for key, part in obs.items()}
-    for row in np.flatnonzero(dones):
-        for key, part in infos[row]["terminal_observation"].items():
-            following[key][row] = part
-    return following
-
-
 def test_what_a_step_pays_can_be_computed_anew_through_sb3():
     env = native(GOAL, position_tolerance=1.0, angle_tolerance=2.0)
     env.seed(0)
@@ -339,7 +293,10 @@ def test_what_a_step_pays_can_be_computed_anew_through_sb3():
     paid = set()
     for _ in range(250):
         obs, rewards, dones, infos = env.step(rng.uniform(-1, 1, (N, 2)).astype(np.float32))
-        following = followed(obs, dones, infos)
+        following = {key: part.copy() for key, part in obs.items()}
+        for row in np.flatnonzero(dones):
+            for key, part in infos[row]["terminal_observation"].items():
+                following[key][row] = part
         goals = following["achieved_goal"], following["desired_goal"]
         (anew,) = env.env_method("compute_reward", *goals, [{}] * N, indices=[0])
         assert anew.shape == (N,) and anew.dtype == np.float64
@@ -348,31 +305,6 @@ def test_what_a_step_pays_can_be_computed_anew_through_sb3():
     assert paid == {-1.0, 0.0}
     (through,) = VecNormalize(env).env_method("compute_reward", *goals, [{}] * N, indices=[0])
     np.testing.assert_array_equal(through, anew)
-
-
-def test_hindsight_pays_for_the_goals_that_it_puts_in_place():
-    env = native(GOAL)
-    memory = HerReplayBuffer(
-        3 * 150, env.observation_space, env.action_space, env, n_envs=N, device="cpu"
-    )
-    env.seed(0)
-    last = env.reset()
-    rng = np.random.default_rng(1)
-    for _ in range(110):
-        actions = rng.uniform(-1, 1, (N, 2)).astype(np.float32)
-        obs, rewards, dones, infos = env.step(actions)
-        following = followed(obs, dones, infos)
-        memory.add(last, following, actions, rewards, dones, infos)
-        last = obs
-    sample = memory.sample(1000)
-    achieved = sample.next_observations["achieved_goal"].numpy().astype(np.float64)
-    desired = sample.observations["desired_goal"].numpy().astype(np.float64)
-    # Position [m], and the angle from the trace of R^T R' (nine entries each), in double precision.
-    near = np.hypot(*(achieved - desired)[:, :2].T) <= 0.1
-    turned = (achieved[:, 2:] * desired[:, 2:]).sum(axis=1) >= 1.0 + 2.0 * np.cos(0.15)
-    np.testing.assert_array_equal(sample.rewards.numpy()[:, 0] == 0.0, near & turned)
-    assert 0.01 < (near & turned).mean() < 0.99
-    assert not sample.dones.any()  # the time limit ends no task
 
 
 def test_a_part_of_a_dictionary_that_is_not_finite_is_named():
