@@ -5,7 +5,7 @@ import warnings
 import gymnasium as gym
 import numpy as np
 import pytest
-from gymnasium.wrappers import HumanRendering, RecordVideo, RenderCollection
+from gymnasium.wrappers import RecordVideo
 from gymnasium.wrappers.vector import RecordVideo as VectorRecordVideo
 from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.vec_env import VecVideoRecorder
@@ -63,49 +63,6 @@ def test_record_video_films_an_id_in_real_time(env_id, tmp_path):
     assert meta["codec"] == "h264" and meta["size"] == (64, 64)
     assert meta["fps"] == pytest.approx(fps, abs=0.01) and fps == max(1, round(1.0 / dt))
     assert n == 7
-
-
-@pytest.mark.parametrize("env_id", EACH)
-def test_render_collection_collects_a_picture_of_each_moment(env_id):
-    env = RenderCollection(gym.make(env_id, **SMALL))
-    steps(env, 4)
-    pictures = env.render()
-    assert len(pictures) == 5
-    assert all(picture.shape == (64, 64, 3) for picture in pictures)
-    assert all(picture.dtype == np.uint8 for picture in pictures)
-    assert not np.array_equal(pictures[0], pictures[-1])
-    env.close()
-
-
-@pytest.mark.parametrize("env_id", EACH)
-@pytest.mark.parametrize("wrapped", [False, True])
-def test_an_id_shows_itself_in_a_window_and_so_does_human_rendering(env_id, wrapped):
-    if wrapped:
-        env = HumanRendering(gym.make(env_id, **SMALL))
-    else:
-        env = gym.make(env_id, **SMALL | {"render_mode": "human"})
-    steps(env, 1)
-    assert pygame.display.get_init()
-    assert pygame.display.get_surface().get_size() == (64, 64)
-    env.close()
-    assert wrapped or not pygame.display.get_init()
-
-
-def test_films_of_a_policy_in_training_by_an_episode_trigger(tmp_path):
-    env = RecordVideo(
-        gym.make(PARK, max_episode_steps=5, **SMALL),
-        str(tmp_path),
-        episode_trigger=lambda k: k % 2 == 0,
-        disable_logger=True,
-    )
-    for k in range(4):
-        env.reset(seed=k)
-        over = False
-        while not over:
-            _, _, terminated, truncated, _ = env.step(env.action_space.sample())
-            over = terminated or truncated
-    env.close()
-    assert len(list(tmp_path.glob("*.mp4"))) == 2
 
 
 @pytest.mark.push

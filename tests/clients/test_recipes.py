@@ -9,7 +9,6 @@ import pytest
 from gymnasium import wrappers
 from gymnasium.wrappers import vector
 from stable_baselines3 import DQN, PPO, SAC
-from stable_baselines3.common.env_util import make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
 
 from rigid_envs.tasks.registry import ENVIRONMENTS
@@ -89,16 +88,6 @@ quiet = pytest.mark.filterwarnings("ignore:.*render_mode.*:UserWarning")
 
 @quiet
 @pytest.mark.parametrize("env_id", IDS)
-def test_stable_baselines3_makes_rows_of_an_id(env_id):
-    venv = make_vec_env(env_id, n_envs=2, seed=0)
-    venv.reset()
-    for _ in range(3):
-        venv.step([venv.action_space.sample() for _ in range(2)])
-    venv.close()
-
-
-@quiet
-@pytest.mark.parametrize("env_id", IDS)
 def test_stable_baselines3_trains_on_an_id(env_id):
     policy = "MultiInputPolicy" if env_id in GOALS else "MlpPolicy"
     model = PPO(policy, env_id, n_steps=16, batch_size=16, n_epochs=1, device="cpu")
@@ -129,30 +118,25 @@ def no_display(monkeypatch):
         yield
 
 
-def cases(table):
+def wrappings():
     """Wrappers by name; those of pictures need the extra `render`, and take seconds."""
-    long = [pytest.mark.long]
-    return [pytest.param(name, marks=long if name in wrapping.PICTURES else []) for name in table]
+    for table, make in (
+        (wrapping.SINGLE, wrapping.wrapped),
+        (wrapping.ROWS, wrapping.wrapped_rows),
+    ):
+        for name in table:
+            long = [pytest.mark.long] if name in wrapping.PICTURES else []
+            yield pytest.param(name, make, marks=long)
 
 
 @pytest.mark.usefixtures("no_display")
-@pytest.mark.parametrize("name", cases(wrapping.SINGLE))
-def test_a_wrapper_takes_single_environments(name):
+@pytest.mark.parametrize(("name", "make"), wrappings())
+def test_a_wrapper_takes_single_environments_and_native_rows(name, make):
     for env_id in THREE:
         if wrapping.fits(name, env_id):
-            env = wrapping.wrapped(name, env_id)
+            env = make(name, env_id)
             wrapping.play(env)
             env.close()
-
-
-@pytest.mark.usefixtures("no_display")
-@pytest.mark.parametrize("name", cases(wrapping.ROWS))
-def test_a_wrapper_takes_native_rows(name):
-    for env_id in THREE:
-        if wrapping.fits(name, env_id):
-            envs = wrapping.wrapped_rows(name, env_id)
-            wrapping.play(envs)
-            envs.close()
 
 
 def test_there_is_no_wrapper_that_is_neither_taken_nor_for_others():

@@ -1,4 +1,4 @@
-"""TorchRL: `GymEnv` by id, and its PPO on native rows."""
+"""TorchRL: `GymEnv` of every id, and its PPO on native rows."""
 
 import json
 
@@ -12,10 +12,10 @@ from torchrl.modules import NormalParamExtractor, ProbabilisticActor, TanhNormal
 from torchrl.objectives import ClipPPOLoss
 from torchrl.objectives.value import GAE
 
-import rigid_envs  # noqa: F401, registers the ids
+import rigid_envs
 
-for name in ("IntermediateAxis", "BallGrid", "BallParkGoal"):
-    check_env_specs(GymEnv(f"RigidEnvs/{name}-v0"))
+for env_id in rigid_envs.ENVIRONMENTS:
+    check_env_specs(GymEnv(env_id))
 
 torch.manual_seed(0)
 native = {"vectorization_mode": "vector_entry_point", "autoreset_mode": "Disabled"}
