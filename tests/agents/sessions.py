@@ -6,6 +6,7 @@ Forked from a server that has imported torch and SB3 once: a session starts in a
 import multiprocessing
 import multiprocessing.forkserver
 import sys
+import time
 import traceback
 
 import numpy as np
@@ -85,6 +86,14 @@ def finish(process, timeout=60):
     process.join(timeout)
     assert process.exitcode is not None, "the session did not end"
     return process.exitcode
+
+
+def wait_for(condition):
+    """Wait until something is the case, which takes seconds."""
+    deadline = time.perf_counter() + 300
+    while not condition():
+        assert time.perf_counter() < deadline
+        time.sleep(0.002)
 
 
 def _session(values, resume):

@@ -8,6 +8,7 @@ import threading
 import time
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ import tests.agents.drift  # noqa: F401, registers the environment
 from agents.sweeps import sweep as module
 from agents.sweeps.sweep import PATIENCE, Patience, Processes, Training, train_all
 from rigid_envs.scores.records import read_record
-from tests.agents.sessions import assert_same_files, small
+from tests.agents.sessions import assert_same_files, small, wait_for
 
 
 def trainings(folder, n, updates):
@@ -47,10 +48,8 @@ def workers(folder):
 
 def stop_once(run):
     """Stop, by SIGSTOP, the process that trains there, when it has a checkpoint."""
-    while not list(run.glob("checkpoints/*.safetensors")):
-        time.sleep(0.05)
-    pid = worker(run)
-    os.kill(pid, signal.SIGSTOP)
+    wait_for(lambda: list(run.glob("checkpoints/*.safetensors")))
+    os.kill(worker(run), signal.SIGSTOP)
 
 
 def _trains(pid):
@@ -111,21 +110,10 @@ def assert_as_undisturbed(killed, alone):
         np.testing.assert_array_equal(record.successes, undisturbed.successes)
 
 
-class Clock:
-    """Time that goes on when it is told to."""
-
-    def __init__(self):
-        self.now = 100.0
-
-    def __call__(self):
-        return self.now
-
-
 class Watched:
     """A training that writes when it is told to."""
 
-    def __init__(self):
-        self.sign, self.used = 0.0, True
+    sign, used = 0.0, True
 
     def last_sign(self):
         return self.sign
@@ -136,8 +124,9 @@ class Watched:
 
 @pytest.fixture
 def clock(monkeypatch):
-    clock = Clock()
-    monkeypatch.setattr(module, "monotonic", clock)
+    """Time that goes on when it is told to."""
+    clock = SimpleNamespace(now=100.0)
+    monkeypatch.setattr(module, "monotonic", lambda: clock.now)
     return clock
 
 

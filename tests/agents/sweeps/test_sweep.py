@@ -8,7 +8,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +29,7 @@ from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.scores.records import read_record
-from tests.agents.sessions import SMALL, begun
+from tests.agents.sessions import SMALL, begun, wait_for
 from tests.loading.payloads import harmful
 from tests.programs import printed, python
 
@@ -182,13 +181,6 @@ def test_a_command_listens_nowhere_and_leaves_no_process_behind_and_goes_on(tmp_
     assert "[2/2] " in again and "records: " in again
 
 
-def wait_for(condition):
-    deadline = time.perf_counter() + 60
-    while not condition():
-        assert time.perf_counter() < deadline
-        time.sleep(0.05)
-
-
 def test_the_verb_trains_what_it_is_told(tmp_path, capsys):
     out = tmp_path / "out"
     words = f"{VERB} --steps 1e4 --episodes 20 --quiet".split()
@@ -296,10 +288,8 @@ def test_a_search_that_is_killed_goes_on(tmp_path):
     first = subprocess.Popen(
         [sys.executable, *command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
     )
-    deadline = time.perf_counter() + 300
-    while not list(out.glob("trials/*/ppo/seed_1/progress.csv")):
-        assert first.poll() is None and time.perf_counter() < deadline
-        time.sleep(0.1)
+    wait_for(lambda: list(out.glob("trials/*/ppo/seed_1/progress.csv")))
+    assert first.poll() is None
     first.send_signal(signal.SIGKILL)
     first.wait()
     begun = set(out.glob("trials/*"))

@@ -19,7 +19,7 @@ from agents.config.entries import config_from
 from agents.training.snapshots import Streams, capture_random, check_random, restore_random
 from agents.training.trainer import StopSignals, Trainer, train
 from rigid_envs.base.files import load_tensors
-from tests.agents.sessions import SAME, SMALL, assert_same_files, finish, start
+from tests.agents.sessions import SAME, SMALL, assert_same_files, finish, start, wait_for
 from tests.programs import python
 from tests.refusals import refuses
 
@@ -83,13 +83,6 @@ def age(run):
     return max(path.read_bytes().count(b"\n") - 1, 0) if path.exists() else 0
 
 
-def wait_for(run, updates):
-    deadline = time.perf_counter() + 60
-    while age(run) < updates:
-        assert time.perf_counter() < deadline
-        time.sleep(0.002)
-
-
 def kill_at_random(folder, values, kills, seed):
     """Start a run and kill it that often, at random moments of its life."""
     rng = np.random.default_rng(seed)
@@ -99,7 +92,7 @@ def kill_at_random(folder, values, kills, seed):
     session = start({**values, "log_dir": str(folder), "run_name": "killed"})
     checkpoints = set()
     for moment in moments:
-        wait_for(run, int(moment))
+        wait_for(lambda moment=moment: age(run) >= moment)
         time.sleep(float(rng.uniform(0, 0.05)))
         session.kill()
         assert finish(session) == -signal.SIGKILL
@@ -135,7 +128,7 @@ def test_a_signal_saves_and_exits_with_its_number(tmp_path, number):
     values = {**SMALL, "checkpoint_every": None}
     run = tmp_path / "ppo" / "stopped"
     session = start({**values, "log_dir": str(tmp_path), "run_name": "stopped"})
-    wait_for(run, 3)
+    wait_for(lambda: age(run) >= 3)
     signalled = time.perf_counter()
     os.kill(session.pid, number)
     assert finish(session) == 128 + number
