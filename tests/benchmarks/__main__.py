@@ -1,9 +1,10 @@
 """Measure speeds, and write them into docs/speed.json and docs/speed.md.
 
-    python -m tests.benchmarks [--quick] [--out FOLDER]
+    python -m tests.benchmarks [--quick] [--out FOLDER] [--only PART]
 
-On a machine with nothing else to do; with --quick in some minutes, for a first look. Needs gcc and
-MuJoCo (`pip install mujoco`), and downloads PufferLib's source package once.
+On a machine with nothing else to do; with --quick in some minutes, for a first look. With --only
+one part is measured, and printed as it would stand in docs/speed.json. All of them need gcc and
+MuJoCo (`pip install mujoco`), and download PufferLib's source package once.
 """
 
 import argparse
@@ -24,7 +25,7 @@ from tests.benchmarks.growth import by_option, by_size
 from tests.benchmarks.kernel_vs_c import compare
 from tests.benchmarks.limit import limit
 from tests.benchmarks.page import markdown
-from tests.benchmarks.ppo_phases import IDS, PHASES, measure
+from tests.benchmarks.ppo_phases import IDS, measure
 from tests.benchmarks.pufferlib_drone import compare as compare_with_drones
 from tests.benchmarks.stock_ppo import measure as measure_stock
 
@@ -32,44 +33,55 @@ DOCS = Path(__file__).resolve().parents[2] / "docs"
 _QUICK_STEPS = 50_000
 
 
+def _bench(quick):
+    figures = bench(list(ENVIRONMENTS), one_of_each(), quick, tell).as_json()
+    for speed in figures["steps_per_second"]:
+        del speed["samples"]
+    return figures
+
+
+def _training(quick):
+    steps = _QUICK_STEPS if quick else None
+    return [measure(env_id, steps) for env_id in IDS]
+
+
+def _stock(quick):
+    return [asdict(kind) for kind in measure_stock(timesteps=_QUICK_STEPS if quick else None)]
+
+
+PARTS = {
+    "bench": _bench,
+    "drones": lambda quick: asdict(compare_with_drones(20 if quick else 200)),
+    "sizes": lambda quick: [asdict(growth) for growth in by_size(5 if quick else 20)],
+    "options": lambda quick: [asdict(growth) for growth in by_option(5 if quick else 50)],
+    "frames": lambda quick: by_frame(2 if quick else 20),
+    "loops": lambda quick: [asdict(loop) for loop in compare(20 if quick else 200)["free body"]],
+    "limit": lambda quick: asdict(limit(20 if quick else 200)),
+    "training": _training,
+    "stock": _stock,
+}
+"""What is measured for a first look, or for the page."""
+
+
 def main(argv=None):
     """Measure, and write data and page."""
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="a first look, some minutes")
     parser.add_argument("--out", type=Path, default=DOCS, metavar="FOLDER", help="(docs)")
+    parser.add_argument("--only", choices=PARTS, help="print this part")
     options = parser.parse_args(argv)
+    if options.only:
+        print(lined_json({options.only: PARTS[options.only](options.quick)}))
+        return 0
     if shutil.which("gcc") is None:
         parser.error("gcc is not installed, with which the kernels are compared")
     if not is_installed():
         parser.error("MuJoCo is not installed, which is one of the peers: pip install mujoco")
-    figures = bench(list(ENVIRONMENTS), one_of_each(), options.quick, tell).as_json()
-    for speed in figures["steps_per_second"]:
-        del speed["samples"]
-    steps = _QUICK_STEPS if options.quick else None
-    data = {
-        "provenance": provenance(),
-        "bench": figures,
-        "drones": asdict(compare_with_drones(20 if options.quick else 200)),
-        "sizes": [asdict(growth) for growth in by_size(5 if options.quick else 20)],
-        "options": [asdict(growth) for growth in by_option(5 if options.quick else 50)],
-        "frames": by_frame(2 if options.quick else 20),
-        "loops": [asdict(loop) for loop in compare(20 if options.quick else 200)["free body"]],
-        "limit": asdict(limit(20 if options.quick else 200)),
-        "training": [_training(measure(env_id, steps)) for env_id in IDS],
-        "stock": [asdict(kind) for kind in measure_stock(timesteps=steps)],
-    }
+    data = {"provenance": provenance()}  # before, for it tells the load
+    data |= {name: part(options.quick) for name, part in PARTS.items()}
     write_atomic(options.out / "speed.json", lined_json(data))
     write_atomic(options.out / "speed.md", markdown(data))
     return 0
-
-
-def _training(found):
-    return {
-        "env_id": found.env_id,
-        "timesteps": found.timesteps,
-        "steps_per_second": found.steps_per_second,
-        "shares": dict(zip(PHASES, found.shares, strict=True)),
-    }
 
 
 if __name__ == "__main__":

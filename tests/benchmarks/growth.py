@@ -1,7 +1,4 @@
-"""How the time of a row grows: with the number of rows, and with options.
-
-Run from the checkout: ``python -m tests.benchmarks.growth``. All of a table take turns.
-"""
+"""How the time of a row grows: with the number of rows, and with options; all take turns."""
 
 from __future__ import annotations
 
@@ -10,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from rigid_envs.tools.bench.measuring import Workload, staggered, time_interleaved, vector_workload
-from rigid_envs.tools.pages.tables import table
 
 IDS = ("IntermediateAxis", "BallPark")
 SIZES = (1, 16, 256, 4096, 2**16, 2**20)
@@ -92,14 +88,3 @@ def growth_of(name, forms, nanoseconds):
         low, ratio, high = np.percentile(times / nanoseconds[0], (25, 50, 75)).tolist()
         found.append(Growth(name, form, float(np.median(times)), ratio, (low, high)))
     return found
-
-
-def main():
-    """Print both tables."""
-    for found in (by_size(20), by_option(50)):
-        rows = [(g.name, g.form, f"{g.nanoseconds:.1f} ns", f"{g.ratio:.2f}") for g in found]
-        print(table(("", "", "row", "against the first"), rows, "<<>>", indent=0) + "\n")
-
-
-if __name__ == "__main__":
-    main()

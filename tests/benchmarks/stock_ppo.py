@@ -1,9 +1,9 @@
 """A training by Stable-Baselines3 as it is, and by this application: speed and learning curves.
 
-Run from the checkout: ``python -m tests.benchmarks.stock_ppo``. All train on `IntermediateAxis` by
-its recipe for PPO in the reduced frame, which has no setting that Stable-Baselines3 lacks, on one
-torch thread, with three seeds, in turns. The times of this application include the evaluations on
-its way. Curves are on 100 starts that are neither of its validation nor of its test.
+All train on `IntermediateAxis` by its recipe for PPO in the reduced frame, which has no setting
+that Stable-Baselines3 lacks, on one torch thread, with three seeds, in turns. The times of this
+application include the evaluations on its way. Curves are on 100 starts that are neither of its
+validation nor of its test.
 """
 
 from __future__ import annotations
@@ -25,7 +25,6 @@ from agents.training.trainer import Trainer
 from agents.training.validation import Progress
 from rigid_envs import evaluate
 from rigid_envs.sb3.adapter import make_vec_env
-from rigid_envs.tools.pages.tables import table
 
 _ENV = "RigidEnvs/IntermediateAxis-v0"
 _SEED, _N_STARTS = 1, 100  # of the curves
@@ -162,20 +161,3 @@ def measure(seeds=(0, 1, 2), timesteps=None):
         )
         for name, kind in curves.items()
     ]
-
-
-def main():
-    """Print a line for every kind of training."""
-    rows = [
-        (
-            found.name,
-            " ".join(f"{found.timesteps / seconds:,.0f}" for seconds in found.seconds),
-            " ".join(f"{returns[-1]:.1f}" for returns in found.returns),
-        )
-        for found in measure()
-    ]
-    print(table(("", "steps/s", "return at the end"), rows, "<>>"))
-
-
-if __name__ == "__main__":
-    main()
