@@ -11,13 +11,14 @@ import importlib.metadata
 import json
 import os
 import resource
-import subprocess
 import sys
 import sysconfig
 import tempfile
 import time
 import venv
 from pathlib import Path
+
+from tests import programs
 
 
 def interpreter(requirements):
@@ -56,11 +57,8 @@ def _make(folder, requirements):
     venv.create(folder, clear=True, symlinks=True, with_pip=False)
     packages = next(folder.glob("lib/python*/site-packages"))
     (packages / "of_the_tests.pth").write_text(sysconfig.get_path("purelib") + "\n")
-    pip = [sys.executable, "-m", "pip", "--python", str(_python(folder)), "install", "--quiet"]
-    done = subprocess.run(
-        [*pip, "--requirement", str(requirements)], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    pip = ("-m", "pip", "--python", _python(folder), "install", "--quiet")
+    programs.printed(*pip, "--requirement", requirements)
 
 
 def _python(folder):
@@ -90,9 +88,9 @@ def run(row):
     python = interpreter(_REQUIREMENTS / f"{row.environment}.txt" if row.environment else None)
     asked = ("gymnasium",) if row.version else ("gymnasium", row.program)
     with tempfile.TemporaryDirectory() as folder:
-        versions = _output([str(python), "-c", _VERSIONS, *asked], folder).split()
+        versions = _output([python, "-c", _VERSIONS, *asked], folder).split()
         begin, before = time.perf_counter(), _processor_seconds()
-        told = _output([str(python), str(_RECIPES / f"{row.recipe}.py")], folder)
+        told = _output([python, _RECIPES / f"{row.recipe}.py"], folder)
         seconds, spent = time.perf_counter() - begin, _processor_seconds() - before
     return {
         "version": row.version or versions[-1],
@@ -105,21 +103,15 @@ def run(row):
 
 def _output(command, folder):
     """What a command prints, with this checkout as the package that it imports."""
-    environment = os.environ | {
-        "PYTHONPATH": str(ROOT),
-        "OMP_NUM_THREADS": "1",  # tests run beside each other
-        "SDL_VIDEODRIVER": "dummy",
-    }
-    done = subprocess.run(
-        command,
+    done = programs.run(
+        *command,
         cwd=folder,
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=_LIMIT,
-        check=False,
+        limit=_LIMIT,
+        PYTHONPATH=str(ROOT),
+        OMP_NUM_THREADS="1",  # tests run beside each other
+        SDL_VIDEODRIVER="dummy",
     )
-    assert done.returncode == 0, f"{' '.join(command)}\n{done.stdout[-2000:]}{done.stderr[-4000:]}"
+    assert done.returncode == 0, f"{command}\n{done.stdout[-2000:]}{done.stderr[-4000:]}"
     return done.stdout
 
 

@@ -1,10 +1,10 @@
 """Copies of the project: a Python process in one, and work that is shared among several."""
 
-import os
 import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from queue import SimpleQueue
+
+from tests.programs import python
 
 
 def run_copy(folder, words, limit, **settings):
@@ -16,21 +16,14 @@ def run_copy(folder, words, limit, **settings):
         limit: Time that it may take [s].
         **settings: Variables of its environment.
     """
-    environment = {
-        **os.environ,
-        "PYTHONPATH": str(folder),
-        "PYTHONDONTWRITEBYTECODE": "1",  # a change can have the size and the second of another
-        **settings,
-    }
     try:
-        return subprocess.run(
-            [sys.executable, *words],
+        return python(
+            *words,
             cwd=folder,
-            env=environment,
-            capture_output=True,
-            text=True,
-            timeout=limit,
-            check=False,
+            limit=limit,
+            PYTHONPATH=str(folder),
+            PYTHONDONTWRITEBYTECODE="1",  # a change can have the size and the second of another
+            **settings,
         )
     except subprocess.TimeoutExpired:
         return None
