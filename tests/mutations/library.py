@@ -1,18 +1,16 @@
 """Mutation test of the library's plain Python: its tests must notice each planted bug.
 
 Run from the checkout: ``python -m tests.mutations.library [--sample 320 --seed 0] [--only WORD]
-[--jobs 2] [--seconds 60] [--json FILE [--again]]``. The bugs (`operators.py`) are drawn in equal
-shares from the rooms of `reach.ROOMS`. Every test file is run once, measured; then for each
-bug the tests that reach its line run in a copy of the checkout, the quickest first, until one
-fails: seconds each. Prints a table; the status is 1 if a bug survives that is not argued away in
-`library.toml`, or if one that is argued away no longer survives.
+[--jobs 2] [--seconds 60]``. The bugs (`operators.py`) are drawn in equal shares from the rooms of
+`reach.ROOMS`. Every test file is run once, measured; then for each bug the tests that reach its
+line run in a copy of the checkout, the quickest first, until one fails: seconds each. Prints a
+table; the status is 1 if a bug survives that is not argued away in `library.toml`, or if one that
+is argued away no longer survives.
 """
 
 import argparse
-import json
 import sys
 from math import inf
-from pathlib import Path
 from typing import NamedTuple
 
 from tests.mutations.application import ROOT, Checkout
@@ -22,7 +20,6 @@ from tests.mutations.process import shared_among
 from tests.mutations.reach import ROOMS, Reach, sources, words_for
 from tests.mutations.warm import WarmPython
 
-_KEY = ("file", "function", "text", "what")
 _FACTOR, _START = 5.0, 60.0  # a bug that takes so many times its tests, and [s] more, never ends
 
 
@@ -99,11 +96,10 @@ def main(argv=None):
     """Plant the bugs, run the tests, and print the table."""
     options = _options(argv)
     chosen = _chosen(options)
-    known = _known(options.json, options.again)
     copies = [LibraryCopy() for _ in range(options.jobs)]
     try:
         tried = {
-            room: _try_all(room, changes, known, copies, options)
+            room: _try_all(room, changes, copies, options.seconds)
             for room, changes in chosen.items()
         }
     finally:
@@ -134,8 +130,6 @@ def _options(argv):
     parser.add_argument(
         "--seconds", type=float, default=60.0, help="of tests for each bug, the quickest first"
     )
-    parser.add_argument("--json", type=Path, metavar="FILE", help="trials to go on with, and new")
-    parser.add_argument("--again", action="store_true", help="try survivors of FILE again")
     return parser.parse_args(argv)
 
 
@@ -156,39 +150,17 @@ def _chosen(options):
     return {room: changes for room, changes in chosen.items() if changes}
 
 
-def _known(file, again):
-    """Trials that stand in a file, by the key of their bug; without survivors if again."""
-    if file is None or not file.exists():
-        return {}
-    rows = json.loads(file.read_text(encoding="utf-8"))
-    return {tuple(row[k] for k in _KEY): row for row in rows if row["test"] or not again}
-
-
-def _try_all(room, changes, known, copies, options):
-    """Trials of a room; each is written to the file as it is done."""
-    done = {c.key: Trial(c, known[c.key]["test"], known[c.key]["reached"])
-            for c in changes if c.key in known}  # fmt: skip
-    left = [change for change in changes if change.key not in done]
-    reach = Reach(ROOT, ROOMS[room].tests, copies[0].python) if left else None
+def _try_all(room, changes, copies, seconds):
+    """Trials of a room."""
+    reach = Reach(ROOT, ROOMS[room].tests, copies[0].python)
 
     def one(copy, change):
-        trial = copy.noticed(change, reach, options.seconds)
+        trial = copy.noticed(change, reach, seconds)
         said = trial.test or "SURVIVED"
         print(f"{_place(change)} {change.what}: {said}", file=sys.stderr, flush=True)
         return trial
 
-    for trial in shared_among(copies, left, one):
-        done[trial.change.key] = trial
-        known[trial.change.key] = _row(trial)
-        if options.json:
-            text = json.dumps([*known.values()], indent=1)
-            options.json.write_text(text + "\n", encoding="utf-8")
-    return [done[change.key] for change in changes]
-
-
-def _row(trial):
-    values = dict(zip(_KEY, trial.change.key, strict=True))
-    return {**values, "line": trial.change.line, "test": trial.test, "reached": trial.reached}
+    return list(shared_among(copies, changes, one))
 
 
 def _place(change):
