@@ -165,13 +165,6 @@ def test_sine_and_cosine_are_exact_to_a_few_units_in_the_last_place(limit, bar):
     assert worst_ulps(cosine, [mpmath.cos(EXACT(float(value))) for value in x]) < bar
 
 
-def test_sine_and_cosine_differ_from_numpy_by_a_rounding():
-    x = np.random.default_rng(2).uniform(-1e3, 1e3, 20000)
-    found = np.array([elementary.sincos(value) for value in x])
-    expected = np.stack([np.sin(x), np.cos(x)], axis=-1)
-    np.testing.assert_allclose(found, expected, rtol=0, atol=np.finfo(np.float64).eps)
-
-
 def test_atan2_is_exact_to_a_few_units_in_the_last_place():
     rng = np.random.default_rng(3)
     y, x = rng.normal(size=(2, 3000)) * log_uniform(rng, 1e-12, 1e12, (2, 3000))
@@ -233,13 +226,9 @@ NUMBERS = st.floats(-1e100, 1e100, allow_subnormal=False).filter(lambda x: x == 
 
 
 @given(NUMBERS, NUMBERS, NUMBERS)
+@example(1.0 + 2.0**-30, 1.0 - 2.0**-30, -1.0)  # nothing is left by two roundings
 def test_fused_multiply_add_rounds_once(a, b, c):
     assert compiled_fma(a, b, c) == float(Fraction(a) * Fraction(b) + Fraction(c))
-
-
-def test_fused_multiply_add_keeps_what_two_roundings_lose():
-    tiny = 2.0**-30
-    assert compiled_fma(1.0 + tiny, 1.0 - tiny, -1.0) == -(tiny**2)
 
 
 @numba.njit
@@ -279,15 +268,6 @@ def test_sine_and_cosine_carry_a_tiny_imaginary_part_as_their_tangents(x):
         assert (along_sine.real, along_cosine.real) == (sine, cosine)
         assert along_sine.imag == pytest.approx(part * np.cos(x), rel=1e-15, abs=1e-116)
         assert along_cosine.imag == pytest.approx(-part * np.sin(x), rel=1e-15, abs=1e-116)
-
-
-@given(st.floats(0.1, 10.0), st.floats(-3.0, 3.0))
-def test_chains_of_them_are_differentiated_exactly(a, b):
-    sine, cosine = compiled_sincos(compiled_sqrt(complex(a, 1e-100)) * b)
-    root = np.sqrt(a)
-    slope = 0.5 * b / root
-    assert sine.imag / 1e-100 == pytest.approx(slope * np.cos(root * b), rel=1e-14, abs=1e-15)
-    assert cosine.imag / 1e-100 == pytest.approx(-slope * np.sin(root * b), rel=1e-14, abs=1e-15)
 
 
 def test_clamp_has_the_bits_of_min_and_max_for_any_numbers():
