@@ -205,7 +205,8 @@ def test_what_a_finder_found_stays_when_another_one_of_its_name_plays():
 PLANNED = sorted(f"RigidEnvs/{file.stem}" for file in best.PLANS_FOLDER.glob("*.npz"))
 
 
-def test_there_are_plans_of_no_other_ids_than_have_a_recipe():
+def test_recipes_are_of_ids_and_there_are_plans_of_no_others():
+    assert {f"RigidEnvs/{name}-v0" for name in finding.RECIPES} <= set(ENVIRONMENTS)
     assert PLANNED and all(finding.recipe_of(env_id) is not None for env_id in PLANNED)
 
 
@@ -292,12 +293,6 @@ def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypat
     (line,) = [x for x in capsys.readouterr().out.splitlines() if x.startswith("not played: ")]
     assert f"{env_id}: no {tmp_path / 'BallPark-v0.npz'}; expected the plans of 486 starts" in line
     assert best.missing_plans("RigidEnvs/Detumble-v0") is None  # whose best costs are of no plan
-
-
-def test_every_recipe_names_an_id():
-    from rigid_envs.tasks.registry import ENVIRONMENTS
-
-    assert {f"RigidEnvs/{name}-v0" for name in finding.RECIPES} <= set(ENVIRONMENTS)
 
 
 def test_a_ball_is_planned_from_guesses_alone_nearly_as_well_as_is_known(monkeypatch):
