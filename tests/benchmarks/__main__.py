@@ -49,13 +49,18 @@ def _stock(quick):
     return [asdict(kind) for kind in measure_stock(timesteps=_QUICK_STEPS if quick else None)]
 
 
+def _loops(quick):
+    compared = compare(20 if quick else 200)
+    return {system: [asdict(loop) for loop in loops] for system, loops in compared.items()}
+
+
 PARTS = {
     "bench": _bench,
     "drones": lambda quick: asdict(compare_with_drones(20 if quick else 200)),
     "sizes": lambda quick: [asdict(growth) for growth in by_size(5 if quick else 20)],
     "options": lambda quick: [asdict(growth) for growth in by_option(5 if quick else 50)],
     "frames": lambda quick: by_frame(2 if quick else 20),
-    "loops": lambda quick: [asdict(loop) for loop in compare(20 if quick else 200)["free body"]],
+    "loops": _loops,
     "limit": lambda quick: asdict(limit(20 if quick else 200)),
     "training": _training,
     "stock": _stock,

@@ -1,7 +1,5 @@
 """Floating-point operations of the compiled functions, counted as they run in plain Python.
 
-    python -m tests.benchmarks.flops
-
 What a compiler computes once is counted once: equal operations on equal numbers, and operations of
 numbers that are the same for all rows (not at all).
 """
@@ -16,7 +14,6 @@ from typing import Any
 from rigid_envs.engine import elementary
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.mechanics.symbolic import Tracer
-from rigid_envs.tools.pages.tables import table
 
 IDS = ("IntermediateAxis", "Reorient", "SleepingTop", "BallPark", "DiskRoll")
 KINDS = ("sum", "product", "fma", "quotient", "root", "choice")
@@ -134,19 +131,3 @@ def of_period(env_id):
     task = task_of(env_id)
     substep = of_substep(task.compiled.dynamics)
     return Counter({kind: task.n_substeps * substep[kind] for kind in KINDS})
-
-
-def main():
-    """Print the operations of a substep and of a control period."""
-    rows = []
-    for env_id in IDS:
-        period, n = of_period(env_id), task_of(env_id).n_substeps
-        total = flops(period)
-        numbers = (n, total // n, total, *(period[kind] for kind in KINDS))
-        rows.append((env_id, *(f"{number:,}" for number in numbers)))
-    head = ("", "substeps", "flops each", "flops", *KINDS)
-    print(table(head, rows, "<" + ">" * (len(head) - 1), indent=0))
-
-
-if __name__ == "__main__":
-    main()

@@ -1,16 +1,8 @@
-"""The compiled loops of the systems against the same loops in C on vectors.
+"""The compiled loops of the systems against the same loops in C on vectors, in turns. Needs gcc."""
 
-    python tests/benchmarks/kernel_vs_c.py [--rounds 200]
-
-Both are first shown to give the same numbers to rounding; then they take turns. Needs gcc.
-"""
-
-import argparse
 import ctypes
 import functools
-import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,21 +14,16 @@ import numpy as np
 
 from rigid_envs import systems
 from rigid_envs.base.checks import Array
-from rigid_envs.engine.provenance import provenance
 from rigid_envs.engine.rows import LANES, integrate
 from rigid_envs.mechanics import rotations
 from rigid_envs.mechanics.system import System
 from rigid_envs.tasks.task import aligned_zeros
 from rigid_envs.tools.bench.measuring import Workload, time_interleaved
-from rigid_envs.tools.pages.tables import table
 
 KERNELS = "rigid_envs.engine"
 N = 4096
 _FLAGS = ("-O3", "-march=native", "-fno-math-errno", "-shared", "-fPIC")
 _VARIANTS = ("stage_by_stage", "in_registers")
-_TARGET = 1.2  # of the free body
-
-"""``loop(buffer, n_blocks, h, n_substeps)``."""
 
 
 def _turning(random, n):
@@ -226,39 +213,3 @@ def _compared(system, results):
         low, median, high = np.percentile(ours.ratio(result), (25, 50, 75)).tolist()
         apart = difference(CASES[system], result.name)
         yield Loops(result.name, 1e9 / result.median, median, (low, high), apart)
-
-
-def main():
-    """Measure; the status is 1 if the goal is missed, 2 if there is no gcc."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
-    parser.add_argument("--rounds", type=int, default=200)
-    options = parser.parse_args()
-    if shutil.which("gcc") is None:
-        print("gcc is not installed: nothing to compare with", file=sys.stderr)
-        return 2
-    found = compare(options.rounds)
-    rows = [
-        (
-            system,
-            loop.name,
-            f"{loop.nanoseconds:.1f}",
-            f"{loop.ratio:.2f}",
-            " .. ".join(f"{end:.2f}" for end in loop.quartiles),
-            f"{loop.difference:.0e}",
-        )
-        for system, compared in found.items()
-        for loop in compared
-    ]
-    print(f"{provenance()['cpu']}; gcc {' '.join(_FLAGS[:3])}; {N} rows\n")
-    header = ("system", "loop", "ns per step of a row", "time", "quartiles", "difference")
-    print(table(header, rows, "<<>>>>", indent=0))
-    ratio = 1.0 / min(loop.ratio for loop in found["free body"][1:])
-    met = ratio <= _TARGET
-    verdict = "met" if met else "not met"
-    print(f"\nThe kernels take {ratio:.2f} x the time of the faster loop in C; ", end="")
-    print(f"goal of the free body <= {_TARGET} x: {verdict}")
-    return 0 if met else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,7 +2,8 @@
 
     python -m tests.benchmarks.targets [--quick]
 
-Runs the benchmark and sets each figure beside its target; the status is 1 if one is missed.
+Runs the benchmark, the comparisons with C and with PufferLib's drone, and sets each figure beside
+its target; the status is 1 if one is missed. Needs gcc, and downloads PufferLib's source package.
 """
 
 import argparse
@@ -15,6 +16,9 @@ from rigid_envs.tools.bench import bench
 from rigid_envs.tools.bench.measuring import FORMS
 from rigid_envs.tools.cli.words import tell
 from rigid_envs.tools.pages.tables import table
+from tests.benchmarks.kernel_vs_c import compare
+from tests.benchmarks.pufferlib_drone import DRONE
+from tests.benchmarks.pufferlib_drone import compare as compare_with_drones
 
 _ROWS = "CartPole-v1, NumPy"
 _SPEED = {
@@ -27,10 +31,12 @@ _SPEED = {
     ("IntermediateAxis-v0", "N = 4096", _ROWS): 1.8,
     ("BallPark-v0", "N = 4096", _ROWS): 1.5,
     ("SleepingTop-v0", "N = 4096", _ROWS): 1.0,
+    ("IntermediateAxis-v0", "N = 256", DRONE): 1.25,
 }
 _AGAINST_ONE_THREAD = 1.6
 _AGAINST_MUJOCO = 900.0
 _AGAINST_MEDIAN = 3.0
+_OVER_C = 1.2
 _WARM, _COLD = 1.0, 4.0  # [s]
 MINUTE = {"omega_end": 2e-9}
 SIX_THOUSAND_SECONDS = {"L_squared": 2e-13, "energy": 2e-9, "omega_end": 2e-7}
@@ -78,6 +84,12 @@ def _speed(ratio):
     return Target(text, ratio.median, limit, at_least=True)
 
 
+def over_c(loops):
+    """The kernels' loop over the faster one in C, of a system."""
+    ratio = 1.0 / min(loop.ratio for loop in loops[1:])
+    return Target("kernels of the free body, time over that of C", ratio, _OVER_C)
+
+
 def _dearest(costs):
     """The dearest environment in every form, against the median of all."""
     dearest = [
@@ -110,7 +122,12 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0], allow_abbrev=False)
     parser.add_argument("--quick", action="store_true", help="a first look, a minute")
     quick = parser.parse_args().quick
-    found = targets(bench(list(ENVIRONMENTS), one_of_each(), quick, tell))
+    rounds = 20 if quick else 200
+    found = [
+        *targets(bench(list(ENVIRONMENTS), one_of_each(), quick, tell)),
+        over_c(compare(rounds)["free body"]),
+        _speed(compare_with_drones(rounds)),
+    ]
     rows = [
         (
             target.text,

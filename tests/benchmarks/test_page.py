@@ -3,6 +3,7 @@
 import json
 import math
 import shutil
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from tests.benchmarks.kernel_vs_c import CASES, KERNELS, difference, loops
 from tests.benchmarks.limit import limit, period
 from tests.benchmarks.page import markdown
 from tests.benchmarks.stock_ppo import TRAINERS, measure
-from tests.benchmarks.targets import MINUTE, SIX_THOUSAND_SECONDS, targets
+from tests.benchmarks.targets import MINUTE, SIX_THOUSAND_SECONDS, over_c, targets
 from tests.cli.test_bench import FIGURES
 
 
@@ -63,6 +64,12 @@ def test_every_figure_has_its_verdict():
     assert verdicts["import to first step, empty cache [s]"] == (6.0, False)
     assert [text for text in verdicts if "MuJoCo RK4 x 4" in text]
     assert not [text for text in verdicts if "N = 16" in text]  # was not measured
+
+
+def test_the_kernels_may_take_a_fifth_more_than_the_faster_loop_in_c():
+    for ratio, met in ((0.9, True), (0.8, False)):
+        loops = [SimpleNamespace(ratio=each) for each in (1.0, 1.5, ratio)]
+        assert over_c(loops).is_met == met
 
 
 class Point(NamedTuple):
