@@ -101,22 +101,17 @@ ENTRIES = {
 }
 
 
-class Trap:
-    """Hook that notes what touches the module: a look for it, its file, its code."""
+found = set()
+"""What touched the module: a look for it, its file, its code."""
 
-    def __init__(self, folder):
-        self.folder = folder
-        self.found = set()
 
-    def __call__(self, event, arguments):
-        """Note an event."""
-        shown = (
-            str(arguments[0].co_filename if event == "exec" else arguments[0]) if arguments else ""
-        )
-        imported = event == "import" and shown.partition(".")[0] == "trap"
-        read = event in ("open", "exec", "compile") and Path(shown).name.startswith("trap.")
-        if imported or read or event.startswith(("os.system", "os.exec", "os.spawn", "socket.")):
-            self.found.add(f"{event} {shown}")
+def hook(event, arguments):
+    """Note an event."""
+    shown = str(arguments[0].co_filename if event == "exec" else arguments[0]) if arguments else ""
+    imported = event == "import" and shown.partition(".")[0] == "trap"
+    read = event in ("open", "exec", "compile") and Path(shown).name.startswith("trap.")
+    if imported or read or event.startswith(("os.system", "os.exec", "os.spawn", "socket.")):
+        found.add(f"{event} {shown}")
 
 
 def main():
@@ -127,7 +122,6 @@ def main():
         sys.path.insert(0, name)
         READERS["replay"].write(root / "replay.npz")
         evaluate(ID, "zero", n=2).save(root / "row.json")
-        hook = Trap(root)
         sys.addaudithook(hook)
         told = {}
         for kind, says in NAMED.items():
@@ -135,15 +129,15 @@ def main():
             write_files(root / kind, **says)
             os.chdir(root / kind)
             for entry, read in ENTRIES.items():
-                told[f"{entry}: {kind}"] = _touched(read, hook)
-        told["gym.make"] = _touched(lambda: gym.make(ID, task=CODE), hook)
+                told[f"{entry}: {kind}"] = _touched(read)
+        told["gym.make"] = _touched(lambda: gym.make(ID, task=CODE))
         os.chdir("/")
     print(json.dumps(told))
 
 
-def _touched(read, hook):
+def _touched(read):
     """What reading touched of the trap, and how it ended."""
-    hook.found.clear()
+    found.clear()
     sys.modules.pop("trap", None)
     Path("flag").unlink(missing_ok=True)
     with (
@@ -155,4 +149,4 @@ def _touched(read, hook):
         except Exception as error:  # the worse ends are what is looked for
             end = f"{type(error).__name__}: {error}"
     ran = Path("flag").exists()
-    return {"found": sorted(hook.found), "ran": ran, "end": f"{said.getvalue()[-300:]} {end}"}
+    return {"found": sorted(found), "ran": ran, "end": f"{said.getvalue()[-300:]} {end}"}
