@@ -5,11 +5,10 @@ import sys
 from collections.abc import Sequence
 from functools import partial
 
-from rigid_envs import __version__
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.tools.cli.scoring import leaderboard_
-from rigid_envs.tools.cli.words import Act, answer
+from rigid_envs.tools.cli.words import Act, answer, parser_of
 
 from ..environments import import_allowed
 from ..storage.runs import RunInUseError
@@ -42,20 +41,14 @@ def _act(act: Act, options: argparse.Namespace) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m agents",
-        description="Train, evaluate and watch agents. Without arguments: train on BallPark with "
+    parser = parser_of(
+        "python -m agents",
+        "Train, evaluate and watch agents. Without arguments: train on BallPark with "
         "PPO for 1.5 M steps, evaluate on 500 unseen starts, and say where everything was written.",
-        allow_abbrev=False,
-    )
-    parser.add_argument("--version", action="version", version=f"rigid-envs {__version__}")
-    several = parser.add_subparsers(metavar="VERB", required=True)
-    for each in (
         *(verbs.train, verbs.evaluate, leaderboard_, verbs.enjoy),
         *(verbs.benchmark, verbs.search, verbs.baselines, verbs.publish),
-    ):
-        each.add(several)
-    for verb in several.choices.values():
+    )
+    for verb in parser.get_default("verbs").values():
         verb.add_argument(
             "--allow-import",
             metavar="MODULE",

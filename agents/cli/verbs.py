@@ -238,14 +238,14 @@ def _save_replays(file: Path, path: Path, n: int, seed: int) -> Path:
     ),
     option("--video", metavar="FILE", help="write a film: FILE.mp4, .gif or .webp"),
     option("--html", metavar="FILE", help="write a page for a browser"),
-    option("--table", action="store_true", help="print only"),
+    option("--table", action="store_true", help="print every step, and show nothing"),
 )
 def enjoy(options: argparse.Namespace) -> None:
     """Watch one episode, in a window or as a film.
 
-    Print one episode, step by step, and show it: in a window where there is a display (Space
-    pauses, R plays it again, Esc closes), and else in a film, enjoy.mp4 in the folder of the
-    policy. --video and --html write files instead.
+    Show one episode: in a window where there is a display (Space pauses, R plays it again, Esc
+    closes), and else in a film, enjoy.mp4 in the folder of the policy. --video and --html write
+    files instead; --table prints it step by step.
     """
     from rigid_envs import load
 
@@ -256,7 +256,7 @@ def enjoy(options: argparse.Namespace) -> None:
     policy = load(file)
     seed = row_seeds(TEST_SEED, 1, "test")[0] if options.seed is None else options.seed
     players = players_of(policy, seed, options.random, options.against)
-    watch(players[0][0], policy.document, seed)
+    watch(players[0][0], policy.document, seed, options.table)
     if not options.table:
         folder = options.path if is_run(options.path) else file.parent
         show(policy.env_id, seed, players, video, html, folder / "enjoy.mp4")
@@ -273,7 +273,7 @@ def _policy_file(path: Path, which: str) -> Path:
     """
     if not is_run(path):
         file = path / "policy.safetensors" if path.is_dir() else path
-        why = "no policy here"
+        why = f"no policy here ({file} is not there); expected a run, or the folder or file of one"
     else:
         file = path / f"{which}_model" / "policy.safetensors"
         why = (

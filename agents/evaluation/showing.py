@@ -58,25 +58,28 @@ def players_of(
 _LEFT_OUT = ("is_success", "action_clipped", "physics_error")  # said in words where they are true
 
 
-def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int) -> None:
-    """Play one episode and print every step of it.
+def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int, table: bool) -> None:
+    """Play one episode and print what came of it.
 
     Args:
         act: What acts.
         document: Of the policy: its environment and settings.
         seed: Seed of the start.
+        table: Whether every step is printed too.
     """
+    print(f"{document['env_id']}   seed {seed}")
     venv = make(document["env_id"], document["env_kwargs"], 1)
     dt = getattr(getattr(venv.unwrapped, "task", None), "dt", None)
-    total, success, names = 0.0, False, None
+    total, success = 0.0, False
     for step, each in enumerate(rollout(act(venv), venv, [seed]), start=1):
         action, reward = each.actions[0], float(each.rewards[0])
         info = {key: values[0] for key, values in each.infos.items()}
         total += reward
         success = bool(info.get("is_success", False))
-        if names is None:
-            names = [key for key in info if key not in _LEFT_OUT and np.isscalar(info[key])]
-            print(f"{document['env_id']}   seed {seed}")
+        if not table:
+            continue
+        names = [key for key in info if key not in _LEFT_OUT and np.isscalar(info[key])]
+        if step == 1:
             print(_header(names, np.size(action), dt))
         clock = f"{step:6d}" if dt is None else f"{step * dt:6.2f}"
         cells = [f"{float(a):7.3f}" for a in np.atleast_1d(action)] + [f"{reward:9.4f}"]

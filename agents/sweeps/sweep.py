@@ -23,7 +23,7 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.sb3.adapter import NonFiniteError
 from rigid_envs.scores.records import Record, read_record, record_file, write_record
 from rigid_envs.scores.result import rates_of
-from rigid_envs.tools.cli.words import tell
+from rigid_envs.tools.cli.words import say, tell
 
 from ..config.entries import PLACES, Config, config_from, config_to_dict
 from ..environments import import_allowed
@@ -186,8 +186,8 @@ def _line(record: Record) -> str:
     return (
         f"{record.env_id} {record.policy}, seed {record.seed}: success {success}, "
         f"efficiency {efficiency}, cost {found.mean(found.costs):.4g}; "
-        f"{training['timesteps']:,} steps, {training['seconds']:.0f} s, "
-        f"{training['cpu_seconds']:.0f} s of processors"
+        f"{training['timesteps']:,} steps, {training['seconds']:.1f} s, "
+        f"{training['cpu_seconds']:.1f} s of processors"
     )
 
 
@@ -308,7 +308,7 @@ class _Sweep:
         """Train all; whether one failed."""
         asked = False
         if self._n_done:
-            self._say(f"{self._n_done} of {len(self._trainings)} have their record")
+            say(f"{self._n_done} of {len(self._trainings)} have their record", sys.stdout)
         while self._waiting or self._running:
             if self._signals.stopping():
                 self._waiting.clear()
@@ -332,11 +332,6 @@ class _Sweep:
             rest = [f"{more} more"] if more else []
             tell(f"[{self._n_done}/{len(self._trainings)}] {', '.join([*ages, *rest])}")
 
-    def _say(self, text: str) -> None:
-        if not self._quiet:
-            tell("")
-        print(text, flush=True)
-
     def _start_due(self) -> None:
         """Start what is due while there is room."""
         for _ in range(len(self._waiting)):
@@ -354,14 +349,14 @@ class _Sweep:
     def _kill_lost(self) -> None:
         """Kill those that hang."""
         for number in self._patience.lost(self._running):
-            self._say(f"{self._trainings[number].folder}: has written nothing for too long")
+            say(f"{self._trainings[number].folder}: has written nothing for too long", sys.stdout)
             self._workers.kill(number)
 
     def _note(self, number: int, status: int | None, text: str) -> None:
         """Take note of the end of a process."""
         if status == DONE:
             self._n_done += 1
-            self._say(f"[{self._n_done}/{len(self._trainings)}] {text}")
+            say(f"[{self._n_done}/{len(self._trainings)}] {text}", sys.stdout)
         elif status == IN_USE:
             self._again_later(number)
         elif status is None:
@@ -378,13 +373,11 @@ class _Sweep:
         if ages[-_DEATHS:] == [ages[-1]] * _DEATHS:
             self._fail(f"{training.folder}: {text} {_DEATHS} times at the same place; given up")
             return
-        self._say(f"{training.folder}: {text}; goes on from its last checkpoint")
+        say(f"{training.folder}: {text}; goes on from its last checkpoint", sys.stdout)
         self._waiting.appendleft((number, 0.0))
 
     def _fail(self, text: str) -> None:
-        if not self._quiet:
-            tell("")
-        print(f"agents: {text}", file=sys.stderr, flush=True)
+        say(f"agents: {text}")
         self._failed = True
 
     def _again_later(self, number: int) -> None:

@@ -180,9 +180,11 @@ def train_in(run: Run, quiet: bool = False) -> Session:
         NonFiniteError: See `train`.
     """
     config, progress = run.config(), Progress(quiet)
+    asked, made = config.total_timesteps, config.steps_in_all
+    more = f" ({asked:,}, rounded up to whole updates)" if made > asked else ""
     progress.say(
-        f"{config.env_id}: {config.algo}, {config.total_timesteps:,} steps, then 500 unseen "
-        f"starts; writes to {run.folder}"
+        f"{config.env_id}: {config.algo}, {made:,} steps{more}, then 500 unseen starts; writes to "
+        f"{run.folder}"
     )
     try:
         venv = checked_environment(config)
@@ -245,8 +247,7 @@ class Trainer:
         self.model.set_logger(self._records.logger)
         if document:
             self._restore(arrays, document)
-        update = config.steps_per_update  # the last one is made in full
-        progress.start(-(-config.total_timesteps // update) * update, self.model.num_timesteps)
+        progress.start(config.steps_in_all, self.model.num_timesteps)
 
     def is_complete(self) -> bool:
         """Whether all steps are made."""

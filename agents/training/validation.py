@@ -1,7 +1,6 @@
 """What a training tells: validation, records, progress."""
 
 import json
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.logger import Logger
 
 from rigid_envs.scores.starts import ActionFunction, Episodes, play, row_seeds
-from rigid_envs.tools.cli.words import tell
+from rigid_envs.tools.cli.words import say, tell
 
 from ..config.entries import Config
 from ..environments import make
@@ -305,8 +304,7 @@ class Progress:
     def say(self, line: str) -> None:
         """A line that stays."""
         if not self._quiet:
-            tell("")
-            print(line, file=sys.stderr, flush=True)
+            say(line)
 
     def close(self) -> None:
         """The training ends."""

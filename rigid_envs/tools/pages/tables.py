@@ -25,7 +25,6 @@ from rigid_envs.tasks.task import Rolling, Task
 
 WIDTH = 100
 _GAP = 2
-_NARROWEST = 8
 
 
 def line_width() -> int:
@@ -44,6 +43,8 @@ def table(
 ) -> str:
     """Aligned columns under a ruled header; cells that are too long are wrapped between words.
 
+    Where a line has no room for a word of each column, a row is one line for each cell instead.
+
     Args:
         header: Titles of the columns.
         rows: Cells, one sequence per row.
@@ -59,15 +60,22 @@ def table(
         for k in range(len(header))
     ]
     room = width - indent - _GAP * (len(header) - 1)
-    while sum(sizes) > room and max(sizes) > _NARROWEST:
-        # the widest column that can be wrapped between words, if there is one
-        k = max(range(len(header)), key=lambda k: (sizes[k] > words[k], sizes[k]))
-        sizes[k] -= 1
+    margin = " " * indent
+    if sum(words) > room:
+        label = max(map(len, header))
+        pair = label, width - indent - _GAP - label
+        parts = (
+            [line for each in zip(header, row, strict=True) for line in _lines(each, pair, "<<")]
+            for row in rows
+        )
+        return "\n\n".join("\n".join((margin + line).rstrip() for line in part) for part in parts)
+    while sum(sizes) > room:  # the widest column that can be wrapped between words
+        sizes[max(range(len(header)), key=lambda k: (sizes[k] > words[k], sizes[k]))] -= 1
     sides = align.ljust(len(header), "<")
     lines = [line for row in cells for line in _lines(row, sizes, sides)]
     n_header = len(_lines(cells[0], sizes, sides))
     lines.insert(n_header, (" " * _GAP).join("-" * size for size in sizes))
-    return "\n".join((" " * indent + line).rstrip() for line in lines)
+    return "\n".join((margin + line).rstrip() for line in lines)
 
 
 def paragraphs(text: str, indent: int = 2) -> str:

@@ -174,6 +174,17 @@ def test_threads_of_torch_are_as_said(tmp_path: Path) -> None:
         torch.set_num_threads(1)
 
 
+@pytest.mark.parametrize(
+    ("steps", "told"), [(1024, "1,024 steps, then"), (600, "1,024 steps (600, rounded up to whole")]
+)
+def test_steps_that_are_rounded_up_are_told_before_the_training(
+    tmp_path: Path, capsys: Capture, steps: int, told: str
+) -> None:
+    assert train(small(tmp_path, total_timesteps=steps)).timesteps == 1024
+    first = capsys.readouterr().err.splitlines()[0]
+    assert first.startswith(f"Drift-v0: ppo, {told}")
+
+
 def test_leftovers_of_writes_are_swept_when_a_run_goes_on(tmp_path: Path) -> None:
     run = trained(tmp_path, 2)
     leftover = run / "checkpoints" / ".000000000001536.safetensors.77.tmp"
