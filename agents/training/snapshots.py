@@ -29,84 +29,69 @@ from .rows import TrainingRows
 # explores with torch's), and that of the first, random actions and of DQN's exploration.
 
 
-class Streams(NamedTuple):
-    """Random streams, which have a state each.
-
-    Attributes:
-        python: Python's module, or a generator of its own.
-        numpy: NumPy's module, or a generator of its old kind.
-        torch: Generator of torch.
-        actions: Stream of the actions.
-    """
-
-    python: Any
-    numpy: Any
-    torch: torch.Generator
-    actions: np.random.BitGenerator
-
-
-def streams_of(model: BaseAlgorithm) -> Streams:
-    """The streams that a training draws from."""
-    actions = model.action_space.np_random.bit_generator
-    return Streams(random, np.random, torch.default_generator, actions)
-
-
-def capture_random(streams: Streams) -> tuple[Arrays, dict[str, Any]]:
+def capture_random(actions: np.random.BitGenerator) -> tuple[Arrays, dict[str, Any]]:
     """States of all streams.
+
+    Args:
+        actions: Stream of the actions.
 
     Returns:
         Arrays and JSON values that `restore_random` takes.
     """
-    version, words, next_gauss = streams.python.getstate()
-    kind, key, *numpy = streams.numpy.get_state()
+    version, words, next_gauss = random.getstate()
+    kind, key, *numpy = np.random.get_state()  # noqa: NPY002
     arrays = {
         "python": np.array(words, dtype=np.uint64),
         "numpy": np.asarray(key),
-        "torch": streams.torch.get_state().numpy(),
+        "torch": torch.get_rng_state().numpy(),
     }
     document = {
         "python": [version, next_gauss],
         "numpy": [kind, *numpy],
-        "actions": streams.actions.state,
+        "actions": actions.state,
     }
     return arrays, document
 
 
-def restore_random(streams: Streams, arrays: Arrays, document: Mapping[str, Any]) -> None:
-    """Bring streams to captured states.
+def restore_random(
+    actions: np.random.BitGenerator, arrays: Arrays, document: Mapping[str, Any]
+) -> None:
+    """Bring all streams to captured states.
 
     Args:
-        streams: The streams.
+        actions: Stream of the actions.
         arrays: From `capture_random`.
         document: From `capture_random`.
     """
     version, next_gauss = document["python"]
-    streams.python.setstate((version, tuple(arrays["python"].tolist()), next_gauss))
+    random.setstate((version, tuple(arrays["python"].tolist()), next_gauss))
     kind, *numpy = document["numpy"]
-    streams.numpy.set_state((kind, arrays["numpy"], *numpy))
-    streams.torch.set_state(torch.tensor(arrays["torch"]))
-    streams.actions.state = document["actions"]
+    np.random.set_state((kind, arrays["numpy"], *numpy))  # noqa: NPY002
+    torch.set_rng_state(torch.tensor(arrays["torch"]))
+    actions.state = document["actions"]
 
 
 def check_random(actions: np.random.BitGenerator, arrays: Arrays, document: Any) -> None:
-    """Refuse states that streams of their kind do not take, or do not give back.
+    """Refuse states that the streams do not take, or do not give back; they stay as they are.
 
     Args:
-        actions: Stream of the actions; it stays as it is.
+        actions: Stream of the actions.
         arrays: From `capture_random`.
         document: From `capture_random`.
 
     Raises:
         ValueError: "member = value; expected ...".
     """
-    scratch = Streams(random.Random(), np.random.RandomState(), torch.Generator(), type(actions)())
+    before = capture_random(actions)
     try:
-        restore_random(scratch, arrays, document)
-        back, told = capture_random(scratch)
+        restore_random(actions, arrays, document)
+        back, told = capture_random(actions)
         same = told == document and all(np.array_equal(back[k], arrays[k]) for k in back)
         why = "other states"
     except (ValueError, TypeError, OverflowError, LookupError, RuntimeError) as error:
         same, why = False, f"{error}"
+    finally:
+        restore_random(actions, *before)
     require(same, why.splitlines()[:1], "random", "states of the random streams")
     position, has_gauss = document["numpy"][1:3]  # which NumPy does not check
     fits = 0 <= position <= len(arrays["numpy"]) and has_gauss in (0, 1)
@@ -202,7 +187,7 @@ def check(
         require(np.array_equal(value, expected), value, name, f"{expected}, from the age")
     lengths, returns = len(found["window/lengths"]), len(found["window/returns"])
     require(lengths == returns, lengths, "len(window/lengths)", f"{returns}, as of the returns")
-    check_random(streams_of(model).actions, under("random", found), document["random"])
+    check_random(_actions_of(model), under("random", found), document["random"])
 
 
 def _with_rows(name: str, part: _Part, rows: Mapping[str, int]) -> _Part:
@@ -359,7 +344,7 @@ def capture(model: BaseAlgorithm, adapter: TrainingRows) -> tuple[Arrays, dict[s
         Arrays and JSON values that `restore` takes.
     """
     weights, optimizers = parts_of(model)
-    streams, states = capture_random(streams_of(model))
+    streams, states = capture_random(_actions_of(model))
     buffer = getattr(model, "replay_buffer", None)
     arrays = {
         "weights": weights,
@@ -412,7 +397,12 @@ def restore(
     model._last_episode_starts = arrays["last_episode_starts"]
     for name, value in document["counters"].items():
         setattr(model, name, value)
-    restore_random(streams_of(model), under("random", arrays), document["random"])
+    restore_random(_actions_of(model), under("random", arrays), document["random"])
+
+
+def _actions_of(model: BaseAlgorithm) -> np.random.BitGenerator:
+    """The stream of the first, random actions and of DQN's exploration."""
+    return model.action_space.np_random.bit_generator
 
 
 def _restore_optimizer(optimizer: Optimizer, arrays: Arrays, rates: list[float]) -> None:
