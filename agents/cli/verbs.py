@@ -42,6 +42,9 @@ _DEFAULT = "RigidEnvs/BallPark-v0"
     option("--overwrite", action="store_true", help="delete a run of the same name"),
     option("--print-config", action="store_true", help="print the config and stop"),
     option("--quiet", action="store_true", help="no progress, only the result"),
+    option(
+        "--logger", choices=("wandb", "mlflow"), help="log to it too, beside TensorBoard's events"
+    ),
     reading.add_config_options,
     usage="python -m agents train [--config FILE | --resume RUN] [--ENTRY VALUE ...]",
 )
@@ -56,13 +59,15 @@ def train(options: argparse.Namespace) -> int:
     if options.print_config:
         print(reading.dump_yaml(config_to_dict(config)), end="")
         return 0
+    if options.logger:
+        _require(options.logger, options.logger)
     run = open_run(options.resume) if options.resume else create_run(config, options.overwrite)
     from ..training.trainer import train_in
 
     imports = "".join(f" --allow-import {module}" for module in options.allow_import)
     again = f"python -m agents train --resume {run.folder}{imports}"
     with closing(run):
-        outcome = train_in(run, options.quiet)
+        outcome = train_in(run, options.quiet, options.logger)
         if outcome.stopped_by is not None:
             print(
                 f"stopped by {signal.Signals(outcome.stopped_by).name} after "
@@ -391,7 +396,7 @@ def _workers(options: argparse.Namespace) -> Processes | RayTasks:
     if not (options.patience is None or options.patience > 0.0):
         raise ConfigError(f"--patience = {options.patience}; expected seconds above 0")
     if options.ray is not None:
-        _require_ray()
+        _require("rigid-envs[sweep]", "ray", "optuna")
         from ..sweeps.cluster import RayTasks
 
         return RayTasks(options.ray, options.allow_import)
@@ -401,10 +406,11 @@ def _workers(options: argparse.Namespace) -> Processes | RayTasks:
     return Processes(options.jobs, options.allow_import)
 
 
-def _require_ray() -> None:
-    for name in ("ray", "optuna"):
+def _require(package: str, *names: str) -> None:
+    """Refuse what needs modules that are not installed, and come with a package."""
+    for name in names:
         if importlib.util.find_spec(name) is None:
-            mend = "get it with: pip install 'rigid-envs[sweep]'"
+            mend = f"get it with: pip install '{package}'"
             raise DependencyNotInstalled(f"{name} is not installed; {mend}")
 
 
@@ -435,7 +441,7 @@ def search(options: argparse.Namespace) -> int:
     from ..config.search import read_search
 
     search = read_search(options.file)
-    _require_ray()
+    _require("rigid-envs[sweep]", "ray", "optuna")
     from ..sweeps.cluster import connect
     from ..sweeps.search import search_recipe
 

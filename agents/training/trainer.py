@@ -168,12 +168,13 @@ def train(what: Config | Path, overwrite: bool = False, quiet: bool = False) -> 
         return train_in(run, quiet)
 
 
-def train_in(run: Run, quiet: bool = False) -> Session:
+def train_in(run: Run, quiet: bool = False, tracker: str | None = None) -> Session:
     """Train in a run folder, from where it is.
 
     Args:
         run: A run that this process has the lock of.
         quiet: No progress.
+        tracker: One of `TRACKERS` that gets the figures too.
 
     Raises:
         ConfigError: The config cannot be; a new run then leaves no folder behind.
@@ -196,7 +197,7 @@ def train_in(run: Run, quiet: bool = False) -> Session:
     venv.close()
     run.begin()
     with StopSignals() as signals:
-        trainer = Trainer(run, config, progress)
+        trainer = Trainer(run, config, progress, tracker)
         try:
             while not (trainer.is_complete() or signals.stopping()):
                 trainer.iterate()
@@ -219,13 +220,16 @@ class Trainer:
         model: SB3 model.
     """
 
-    def __init__(self, run: Run, config: Config, progress: Progress) -> None:
+    def __init__(
+        self, run: Run, config: Config, progress: Progress, tracker: str | None = None
+    ) -> None:
         """Build everything, as it is at the start of the run or at its newest checkpoint.
 
         Args:
             run: Where to write; this process has its lock.
             config: Config of the run.
             progress: What it says.
+            tracker: See `train_in`.
         """
         torch.set_num_threads(config.torch_threads)
         sweep(run.folder)
@@ -243,7 +247,7 @@ class Trainer:
         arrays, document, damaged = load_newest(run / "checkpoints", self._check) or ({}, {}, [])
         for line in damaged:
             progress.say(f"damaged, taking the one before: {line}")
-        self._records = Records(run, config, document.get("logs"))
+        self._records = Records(run, config, document.get("logs"), tracker)
         self.model.set_logger(self._records.logger)
         if document:
             self._restore(arrays, document)
