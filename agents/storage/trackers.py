@@ -1,7 +1,7 @@
 """Trackers of experiments, which get what TensorBoard gets; imported where they are asked for."""
 
 import importlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from stable_baselines3.common.logger import KVWriter
@@ -9,48 +9,43 @@ from stable_baselines3.common.logger import KVWriter
 _PROJECT = "rigid-envs"
 
 
-class Wandb(KVWriter):
-    """Weights & Biases: each session of a training is a run of the project "rigid-envs"."""
+class Tracker(KVWriter):
+    """A writer of SB3's logger that gives figures to a tracker."""
 
-    def __init__(self, name: str, config: Mapping[str, Any]) -> None:
-        """Begin a run.
+    def __init__(self, log: Callable[..., Any], end: Callable[[], Any]) -> None:
+        """A run has begun.
 
         Args:
-            name: Of the run.
-            config: Its entries, as JSON values.
+            log: Takes the figures of an update by name, and its `step`.
+            end: Ends the run.
         """
-        wandb = importlib.import_module("wandb")
-        self._run = wandb.init(project=_PROJECT, name=name, config=dict(config))
+        self._log, self._end = log, end
 
     def write(  # noqa: D102
         self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0
     ) -> None:
-        self._run.log(dict(key_values), step=step)
+        self._log(dict(key_values), step=step)
 
     def close(self) -> None:
         """End the run."""
-        self._run.finish()
+        self._end()
 
 
-class Mlflow(KVWriter):
-    """MLflow: each session of a training is a run of the experiment "rigid-envs"."""
-
-    def __init__(self, name: str, config: Mapping[str, Any]) -> None:
-        """Begin a run; see `Wandb`."""
-        self._mlflow = importlib.import_module("mlflow")
-        self._mlflow.set_experiment(_PROJECT)
-        self._mlflow.start_run(run_name=name)
-        self._mlflow.log_params(dict(config))
-
-    def write(  # noqa: D102
-        self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0
-    ) -> None:
-        self._mlflow.log_metrics(dict(key_values), step=step)
-
-    def close(self) -> None:
-        """End the run."""
-        self._mlflow.end_run()
+def _wandb(name: str, config: Mapping[str, Any]) -> Tracker:
+    run = importlib.import_module("wandb").init(project=_PROJECT, name=name, config=dict(config))
+    return Tracker(run.log, run.finish)
 
 
-TRACKERS = {"wandb": Wandb, "mlflow": Mlflow}
-"""By the name of their package."""
+def _mlflow(name: str, config: Mapping[str, Any]) -> Tracker:
+    mlflow = importlib.import_module("mlflow")
+    mlflow.set_experiment(_PROJECT)
+    mlflow.start_run(run_name=name)
+    mlflow.log_params(dict(config))
+    return Tracker(mlflow.log_metrics, mlflow.end_run)
+
+
+TRACKERS: dict[str, Callable[[str, Mapping[str, Any]], Tracker]] = {
+    "wandb": _wandb,
+    "mlflow": _mlflow,
+}
+"""What begins a run, from its name and its config, by the package of the tracker."""
