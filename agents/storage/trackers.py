@@ -44,8 +44,5 @@ def _mlflow(name: str, config: Mapping[str, Any]) -> Tracker:
     return Tracker(mlflow.log_metrics, mlflow.end_run)
 
 
-TRACKERS: dict[str, Callable[[str, Mapping[str, Any]], Tracker]] = {
-    "wandb": _wandb,
-    "mlflow": _mlflow,
-}
+TRACKERS = {"wandb": _wandb, "mlflow": _mlflow}
 """What begins a run, from its name and its config, by the package of the tracker."""

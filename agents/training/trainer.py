@@ -30,6 +30,7 @@ from ..config.entries import Config, config_to_dict
 from ..environments import make, part_for
 from ..storage.logs import flat, load_newest, save_newest, under, write_evaluations
 from ..storage.runs import Run, create_run, differences, manifest, open_run
+from ..storage.trackers import TRACKERS
 from .algorithms import build_model, check_fit, iterate
 from .recording import acting, save_policy, stronger
 from .rows import TrainingRows
@@ -197,8 +198,11 @@ def train_in(run: Run, quiet: bool = False, tracker: str | None = None) -> Sessi
     venv.close()
     run.begin()
     with StopSignals() as signals:
-        trainer = Trainer(run, config, progress, tracker)
+        trainer = Trainer(run, config, progress)
         try:
+            if tracker is not None:
+                begun = TRACKERS[tracker](run.folder.name, config_to_dict(config))
+                trainer.model.logger.output_formats.append(begun)
             while not (trainer.is_complete() or signals.stopping()):
                 trainer.iterate()
                 if trainer.checkpoint_is_due():
@@ -220,16 +224,13 @@ class Trainer:
         model: SB3 model.
     """
 
-    def __init__(
-        self, run: Run, config: Config, progress: Progress, tracker: str | None = None
-    ) -> None:
+    def __init__(self, run: Run, config: Config, progress: Progress) -> None:
         """Build everything, as it is at the start of the run or at its newest checkpoint.
 
         Args:
             run: Where to write; this process has its lock.
             config: Config of the run.
             progress: What it says.
-            tracker: See `train_in`.
         """
         torch.set_num_threads(config.torch_threads)
         sweep(run.folder)
@@ -247,7 +248,7 @@ class Trainer:
         arrays, document, damaged = load_newest(run / "checkpoints", self._check) or ({}, {}, [])
         for line in damaged:
             progress.say(f"damaged, taking the one before: {line}")
-        self._records = Records(run, config, document.get("logs"), tracker)
+        self._records = Records(run, config, document.get("logs"))
         self.model.set_logger(self._records.logger)
         if document:
             self._restore(arrays, document)

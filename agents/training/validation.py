@@ -8,16 +8,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium.vector import VectorEnv
 from numpy.typing import NDArray
-from stable_baselines3.common.logger import KVWriter, Logger
+from stable_baselines3.common.logger import Logger
 
 from rigid_envs.scores.starts import ActionFunction, Episodes, play, row_seeds
 from rigid_envs.tools.cli.words import say, tell
 
-from ..config.entries import Config, config_to_dict
+from ..config.entries import Config
 from ..environments import make
 from ..storage.logs import CsvLog, TensorBoardLog, check_position
 from ..storage.runs import Run
-from ..storage.trackers import TRACKERS
 from .algorithms import progress_columns
 
 # Time spent on a run.
@@ -167,20 +166,13 @@ class Records:
     START: Mapping[str, Any] = {**dict.fromkeys(_LOGS, 0), "timesteps": 0, "seconds": 0.0}
     """What `sync` gives for a run that has not begun, without headers."""
 
-    def __init__(
-        self,
-        run: Run,
-        config: Config,
-        positions: Mapping[str, Any] | None,
-        tracker: str | None = None,
-    ) -> None:
+    def __init__(self, run: Run, config: Config, positions: Mapping[str, Any] | None) -> None:
         """Start the logs, or cut them back to a checkpoint.
 
         Args:
             run: Run folder of the files.
             config: Config of the run.
             positions: From `sync`; None starts anew.
-            tracker: One of `TRACKERS` that gets the figures too.
         """
         at: Mapping[str, Any] = positions or {}
         # `t` of SB3's monitor files is a time. Steps keep two equal runs equal, byte by byte.
@@ -195,10 +187,7 @@ class Records:
         }
         self._last = (at.get("timesteps", 0), at.get("seconds", 0.0))
         purge = None if positions is None else at["timesteps"] + 1
-        writers: list[KVWriter] = [TensorBoardLog(run / "tensorboard", purge)]
-        if tracker is not None:
-            writers.append(TRACKERS[tracker](run.folder.name, config_to_dict(config)))
-        self.logger = Logger(str(run.folder), writers)
+        self.logger = Logger(str(run.folder), [TensorBoardLog(run / "tensorboard", purge)])
 
     @staticmethod
     def check(run: Run, positions: Mapping[str, Any]) -> None:
