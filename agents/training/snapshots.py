@@ -5,7 +5,7 @@ import random
 from collections import deque
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatch
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import torch
@@ -141,9 +141,8 @@ _WHOLE = ("/step", "/dones", "/timeouts")
 _OF_FIXED_SHAPE = ("memory/place", "memory/current_start")
 
 
-class _Part(NamedTuple):
-    dtype: np.dtype[Any]
-    shape: tuple[int, ...]
+_Part = tuple[np.dtype[Any], tuple[int, ...]]
+"""Type and shape of an array."""
 
 
 def check(
@@ -168,7 +167,7 @@ def check(
     counters, buffer = document["counters"], getattr(model, "replay_buffer", None)
     capacity = 0 if buffer is None else int(buffer.buffer_size)  # steps of each row
     steps = counters["num_timesteps"] // model.n_envs
-    parts = {name: _Part(array.dtype, array.shape) for name, array in fresh.items()}
+    parts = {name: (array.dtype, array.shape) for name, array in fresh.items()}
     if counters["_n_updates"]:
         parts |= _parts_of_moments(model)
     if any(name.startswith(_ORIGINAL) for name in found):  # there from the first step on
@@ -177,7 +176,11 @@ def check(
     for name, array in found.items():
         if name.startswith("window/"):
             rows[name] = min(len(array) if array.ndim else 0, model._stats_window_size)
-    _check_parts(found, {name: _with_rows(name, part, rows) for name, part in parts.items()})
+    for prefix, n in rows.items():  # the number of rows is not always the same
+        for name, (dtype, shape) in parts.items():
+            if name.startswith(prefix) and name not in _OF_FIXED_SHAPE:
+                parts[name] = dtype, (n, *shape[1:])
+    _check_parts(found, parts)
     _check_values(found, fresh, _ranges(model, capacity))
     exact: dict[str, Any] = {"adapter/steps": steps, "validation/timesteps": evaluations}
     if capacity:
@@ -190,14 +193,6 @@ def check(
     check_random(_actions_of(model), under("random", found), document["random"])
 
 
-def _with_rows(name: str, part: _Part, rows: Mapping[str, int]) -> _Part:
-    """A part with its number of rows, if that is not always the same."""
-    for prefix, n in rows.items():
-        if name.startswith(prefix) and name not in _OF_FIXED_SHAPE:
-            return _Part(part.dtype, (n, *part.shape[1:]))
-    return part
-
-
 def _parts_of_moments(model: BaseAlgorithm) -> dict[str, _Part]:
     """Parts of the state of Adam, which there is from the first update on."""
     parts = {}
@@ -207,24 +202,17 @@ def _parts_of_moments(model: BaseAlgorithm) -> dict[str, _Part]:
             if weight.requires_grad:
                 shapes = {"step": (), "exp_avg": weight.shape, "exp_avg_sq": weight.shape}
                 for key, shape in shapes.items():
-                    place = f"optimizer/{name}/{k}/{key}"
-                    parts[place] = _Part(np.dtype(np.float32), tuple(shape))
+                    parts[f"optimizer/{name}/{k}/{key}"] = np.dtype(np.float32), tuple(shape)
     return parts
 
 
 def _check_parts(found: Arrays, parts: Mapping[str, _Part]) -> None:
-    for name in sorted(found.keys() ^ parts.keys()):
-        if name in found:
-            raise ValueError(f"{name} is there; expected no such array")
-        part = parts[name]
-        raise ValueError(f"{name} is missing; expected {part.dtype} of shape {part.shape}")
-    for name, part in parts.items():
-        array = found[name]
-        if (array.dtype, array.shape) != part:
-            raise ValueError(
-                f"{name} is {array.dtype} of shape {array.shape}; "
-                f"expected {part.dtype} of shape {part.shape}"
-            )
+    told = {name: f"{array.dtype} of shape {array.shape}" for name, array in found.items()}
+    known = {name: f"{dtype} of shape {shape}" for name, (dtype, shape) in parts.items()}
+    for name in sorted(told.keys() | known.keys()):
+        one, expected = told.get(name, "missing"), known.get(name, "no such array")
+        if one != expected:
+            raise ValueError(f"{name} is {one}; expected {expected}")
 
 
 def _ranges(model: BaseAlgorithm, capacity: int) -> dict[str, tuple[float, float]]:

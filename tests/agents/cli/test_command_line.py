@@ -98,7 +98,7 @@ def test_enjoy_prints_steps_if_asked(finished: tuple[Path, str], capsys: Capture
     folder, _ = finished
     words = ["enjoy", str(folder / "best_model"), *ENV[2:], "--seed", "3"]
     assert main([*words, "--table"]) == 0
-    head, names, *steps, end = capsys.readouterr().out.splitlines()
+    head, names, _, *steps, end = capsys.readouterr().out.splitlines()
     assert main(words) == 0
     assert capsys.readouterr().out.splitlines() == [head, end]
     assert "seed 3" in head and "reward" in names and "cost" in names
