@@ -447,13 +447,13 @@ def search(options: argparse.Namespace) -> int:
 
     connect(options.ray, options.jobs)
     out = options.out or Path("logs/search") / options.file.stem
-    found = search_recipe(search, out, options.allow_import)
-    for path in found.configs:
+    configs, n_trials = search_recipe(search, out, options.allow_import)
+    for path in configs:
         note = path.read_text(encoding="utf-8").splitlines()[0]
         print(f"{path}  {note}")
     print(f"all trials: {out / 'trials.csv'}")
-    if found.n_trials < search.trials:
-        print(f"{found.n_trials} of {search.trials} trials are done; the same command goes on")
+    if n_trials < search.trials:
+        print(f"{n_trials} of {search.trials} trials are done; the same command goes on")
         return 1
     return 0
 

@@ -155,7 +155,8 @@ def show(
         print("   ".join(episode.label for _, episode in shown))
     try:
         if html is not None:
-            print(f"page: {_page(html, env_id, task, [episode for _, episode in shown])}")
+            replay = Replay(env_id, task, tuple(episode for _, episode in shown))
+            print(f"page: {write_html(html, [(replay, k) for k in range(len(shown))])}")
         if not asked and _window(task, shown, f"{env_id}   seed {seed}"):
             return
         if film := video or (None if asked else otherwise):
@@ -172,12 +173,6 @@ def _window(task: Task, shown: Sequence[tuple[Task, PastEpisode]], title: str) -
     return pictures.has_display() and pictures.show(
         lambda: films.episode_pictures(shown, hold=0.0), films.pictures_per_second(task), title
     )
-
-
-def _page(path: Path, env_id: str, task: Task, episodes: Sequence[PastEpisode]) -> Path:
-    """Write a page of episodes side by side."""
-    replay = Replay(env_id, task, tuple(episodes))
-    return write_html(path, [(replay, k) for k in range(len(episodes))])
 
 
 # Short film of a trained policy, in bounded time.

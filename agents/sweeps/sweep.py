@@ -210,8 +210,7 @@ class Patience:
             seconds: How long a training may write nothing.
         """
         self._seconds, self._looked = seconds, monotonic()
-        self._signs: dict[int, float] = {}  # time of the last one that was seen
-        self._silent: dict[int, float] = {}  # seconds since then
+        self._seen: dict[int, tuple[float, float]] = {}  # time of the last sign, seconds since
 
     def lost(self, running: Mapping[int, Training]) -> list[int]:
         """Look at them.
@@ -225,15 +224,15 @@ class Patience:
         """
         now = monotonic()
         passed, self._looked = min(now - self._looked, _LONGEST), now
+        before, self._seen, late = self._seen, {}, []
         for number, training in running.items():
             sign = training.last_sign()
-            is_silent = sign == self._signs.get(number)
-            self._silent[number] = self._silent.get(number, 0.0) + passed if is_silent else 0.0
-            self._signs[number] = sign
-        for number in self._signs.keys() - running.keys():
-            del self._signs[number], self._silent[number]
-        late = [number for number, silent in self._silent.items() if silent > self._seconds]
-        self._silent.update(dict.fromkeys(late, 0.0))
+            last, silent = before.get(number, (-1.0, 0.0))
+            silent = silent + passed if sign == last else 0.0
+            if silent > self._seconds:
+                late.append(number)
+                silent = 0.0
+            self._seen[number] = sign, silent
         return [number for number in late if running[number].is_in_use()]
 
 
@@ -404,7 +403,7 @@ class Processes:
         # Forked from a server that has imported torch and SB3 once, and has no threads.
         self._context = multiprocessing.get_context("forkserver")
         self._context.set_forkserver_preload([work.__module__])
-        self._running: dict[Connection, tuple[int, BaseProcess]] = {}
+        self._running: dict[int, tuple[Connection, BaseProcess]] = {}
 
     def start(self, number: int, training: Training) -> None:
         """Train in a process of its own.
@@ -417,14 +416,16 @@ class Processes:
         process = self._context.Process(target=_main, args=(theirs, training, self._imports))
         process.start()
         theirs.close()  # now its end is the end of the process
-        self._running[ours] = number, process
+        self._running[number] = ours, process
 
     def wait(self) -> list[Ended]:
         """The trainings that ended; waits for one, a second at most."""
         ended: list[Ended] = []
-        for pipe in wait(list(self._running), _WAIT):
-            assert isinstance(pipe, Connection)
-            number, process = self._running.pop(pipe)
+        ready = wait([pipe for pipe, _ in self._running.values()], _WAIT)
+        for number, (pipe, process) in list(self._running.items()):
+            if pipe not in ready:
+                continue
+            del self._running[number]
             try:
                 status, text = pipe.recv()
             except EOFError:
@@ -441,9 +442,7 @@ class Processes:
         Args:
             number: Names the training.
         """
-        for own, process in self._running.values():
-            if own == number:
-                process.kill()
+        self._running[number][1].kill()
 
     def stop(self) -> None:
         """Ask all to save and end."""
