@@ -62,7 +62,11 @@ def search_recipe(search: Search, out: Path, imports: Sequence[str] = ()) -> tup
         ConfigError: Another search was begun in the folder.
     """
     out = out.absolute()
-    _refuse_another(search, out)
+    file, text = out / "search.yaml", dump_yaml(dataclasses.asdict(search))
+    if file.is_file() and file.read_text(encoding="utf-8") != text:
+        raise ConfigError(f"{file} is of another search; --out names another folder")
+    out.mkdir(parents=True, exist_ok=True)
+    write_atomic(file, text)
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     journal = out / "optuna.journal"
     with named_damage(journal):
@@ -76,15 +80,6 @@ def search_recipe(search: Search, out: Path, imports: Sequence[str] = ()) -> tup
         study.sampler = optuna.samplers.TPESampler(seed=len(study.trials))
     _try_all(study, search, out, tuple(imports))
     return _conclude(study, search, out)
-
-
-def _refuse_another(search: Search, out: Path) -> None:
-    """Note what is searched in a folder; another search there is refused."""
-    file, text = out / "search.yaml", dump_yaml(dataclasses.asdict(search))
-    if file.is_file() and file.read_text(encoding="utf-8") != text:
-        raise ConfigError(f"{file} is of another search; --out names another folder")
-    out.mkdir(parents=True, exist_ok=True)
-    write_atomic(file, text)
 
 
 def _try_all(study: optuna.Study, search: Search, out: Path, imports: tuple[str, ...]) -> None:

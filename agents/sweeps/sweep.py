@@ -13,6 +13,7 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -278,7 +279,7 @@ def train_all(
             training.refuse_another()
     with StopSignals() as signals:
         try:
-            failed = _Sweep(trainings, workers, signals, quiet, patience).run()
+            failed = _Sweep(trainings, workers, signals, quiet, Patience(patience)).run()
         finally:
             workers.close()
     if signals.received is not None:
@@ -286,17 +287,16 @@ def train_all(
     return 1 if failed else 0
 
 
+@dataclass
 class _Sweep:
-    def __init__(
-        self,
-        trainings: Sequence[Training],
-        workers: Processes | RayTasks,
-        signals: StopSignals,
-        quiet: bool,
-        patience: float,
-    ) -> None:
-        self._trainings, self._workers, self._signals = trainings, workers, signals
-        self._quiet, self._patience = quiet, Patience(patience)
+    _trainings: Sequence[Training]
+    _workers: Processes | RayTasks
+    _signals: StopSignals
+    _quiet: bool
+    _patience: Patience
+
+    def __post_init__(self) -> None:
+        trainings = self._trainings
         self._running: dict[int, Training] = {}
         self._waiting = deque((k, 0.0) for k, each in enumerate(trainings) if not each.is_done())
         self._n_done = len(trainings) - len(self._waiting)
@@ -319,7 +319,10 @@ class _Sweep:
             for number, status, text in self._workers.wait():
                 del self._running[number]
                 self._note(number, status, text)
-            self._kill_lost()
+            for number in self._patience.lost(self._running):
+                silent = f"{self._trainings[number].folder}: has written nothing for too long"
+                say(silent, sys.stdout)
+                self._workers.kill(number)
         return self._failed
 
     def _show(self) -> None:
@@ -344,12 +347,6 @@ class _Sweep:
             else:
                 self._workers.start(number, self._trainings[number])
                 self._running[number] = self._trainings[number]
-
-    def _kill_lost(self) -> None:
-        """Kill those that hang."""
-        for number in self._patience.lost(self._running):
-            say(f"{self._trainings[number].folder}: has written nothing for too long", sys.stdout)
-            self._workers.kill(number)
 
     def _note(self, number: int, status: int | None, text: str) -> None:
         """Take note of the end of a process."""

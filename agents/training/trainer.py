@@ -35,7 +35,7 @@ from .algorithms import build_model, check_fit, iterate
 from .recording import acting, save_policy, stronger
 from .rows import TrainingRows
 from .snapshots import capture, check, check_document, restore
-from .validation import Progress, Records, Spent, Stopwatch, Validation
+from .validation import Progress, Records, Stopwatch, Validation
 
 # Signals that ask a run to stop are answered between two updates.
 
@@ -341,7 +341,7 @@ class Trainer:
         restore(self.model, self._adapter, arrays, document)
         held = under("validation", arrays)
         self._validation.found = {name: held[name] for name in self._validation.found}
-        self._iterations, self._clock = document["iterations"], Stopwatch(Spent(*document["spent"]))
+        self._iterations, self._clock = document["iterations"], Stopwatch(*document["spent"])
 
     def _figures(self) -> dict[str, Any]:
         episodes, successes = self.model.ep_info_buffer, self.model.ep_success_buffer

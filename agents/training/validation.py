@@ -34,28 +34,22 @@ class Spent(NamedTuple):
     cpu_seconds: float
 
 
-_NOTHING = Spent(0.0, 0.0)
-
-
 class Stopwatch:
     """A clock that goes on from where an earlier session of a run stopped it."""
 
-    def __init__(self, before: Spent = _NOTHING) -> None:
+    def __init__(self, seconds: float = 0.0, cpu_seconds: float = 0.0) -> None:
         """Start it.
 
         Args:
-            before: Time spent in earlier sessions.
+            seconds: Time spent in earlier sessions, see `Spent`.
+            cpu_seconds: And that of processors.
         """
-        self._before, self._begin = before, _now()
+        self._wall = seconds - time.perf_counter()
+        self._processors = cpu_seconds - time.process_time()
 
     def spent(self) -> Spent:
         """Time spent so far."""
-        now = _now()
-        return Spent(*(b + n - a for b, n, a in zip(self._before, now, self._begin, strict=True)))
-
-
-def _now() -> Spent:
-    return Spent(time.perf_counter(), time.process_time())
+        return Spent(time.perf_counter() + self._wall, time.process_time() + self._processors)
 
 
 # Evaluations during training, on fixed held-out starts; they choose the best policy.

@@ -16,7 +16,7 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.envs.spaces import action_space, info_flags, observation_space
 from rigid_envs.scores.best import Best, best_known, limit_of
 from rigid_envs.scores.result import rates_of
-from rigid_envs.scores.starts import METRICS, Metric, cost_of
+from rigid_envs.scores.starts import METRICS, Cost, Metric, cost_of
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Rolling, Task
@@ -388,22 +388,14 @@ def reference_section(env_id: str, task: Task) -> list[str | Table]:
 
 def _table(task: Task, names: list[str], found: Best) -> Table:
     """One row for each policy."""
-    rows = [_row(policy, names, summary) for policy, summary in found.policies.items()]
-    header = ("Policy", "success", "95 %", "efficiency", "95 %",
-              *(_heading(task, name) for name in names))  # fmt: skip
+    rows = []
+    for policy, summary in found.policies.items():
+        success, *others = rates_of(summary)
+        metrics = (short_figure(summary["metrics"][name]) for name in names)
+        rows.append((policy, success.removesuffix(" %"), *others, *metrics))
+    titles = (Cost(name, METRICS[name].unit(task), 0.0).title for name in names)
+    header = ("Policy", "success", "95 %", "efficiency", "95 %", *titles)
     return Table(header, rows, "=" + ">" * (len(header) - 1))
-
-
-def _row(policy: str, names: list[str], summary: Mapping[str, Any]) -> tuple[str, ...]:
-    success, *others = rates_of(summary)
-    metrics = (short_figure(summary["metrics"][name]) for name in names)
-    return policy, success.removesuffix(" %"), *others, *metrics
-
-
-def _heading(task: Task, name: str) -> str:
-    """Name of a metric with its unit."""
-    unit = METRICS[name].unit(task)
-    return f"{name} [{unit}]" if unit else name
 
 
 def short_figure(value: float | None) -> str:

@@ -197,7 +197,7 @@ def test_time_and_processor_time_of_all_sessions_are_added(monkeypatch: Patch) -
     wall, processor = [100.0], [7.0]
     fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: processor[0])
     monkeypatch.setattr(validation, "time", fake)
-    running = Stopwatch(Spent(1000.0, 500.0))
+    running = Stopwatch(1000.0, 500.0)
     wall[0], processor[0] = 130.0, 9.0
     assert running.spent() == Spent(1030.0, 502.0)
 
