@@ -80,7 +80,7 @@ def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int, steps: boo
         told |= {f"a[{k}]": f"{a:.3f}" for k, a in enumerate(np.atleast_1d(each.actions[0]))}
         told["reward"] = f"{each.rewards[0]:.4f}"
         told |= {name.replace("reward/", "r:"): f"{float(info[name]):.4g}" for name in names}
-        header = ["step", *told, ""]
+        header = ["step", *told, "notes"]
         rows.append((str(step), *told.values(), " ".join(k for k in _LEFT_OUT if info.get(k))))
         total += float(each.rewards[0])
         success = bool(info.get("is_success", False))
