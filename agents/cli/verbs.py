@@ -12,7 +12,7 @@ import signal
 import sys
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gymnasium.error import DependencyNotInstalled
 
@@ -86,8 +86,15 @@ def _config(options: argparse.Namespace) -> Config:
     """The config of the run that is resumed, or what a file and options make of a new one."""
     known = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
     entries = {key: value for key, value in vars(options).items() if key in known}
-    if not options.resume:
-        recipe = _recipe(options.config, entries, options.rest)
+    if options.config and not options.resume:
+        recipe = reading.read_yaml(reading.config_file(options.config))
+        return reading.load_config(recipe, entries, options.rest)
+    if not options.resume:  # the recipe of the environment
+        chosen = entries.keys() & {"env_id", "algo", "env_kwargs"}
+        values = {key: reading.entry_value(key, entries[key]) for key in chosen}
+        frame = reading.frame_of(values, reading.env_keywords(options.rest))
+        env_id = str(values.get("env_id", _DEFAULT))
+        recipe = reading.recipe_for(env_id, values.get("algo"), frame)
         return reading.load_config(recipe, entries, options.rest)
     changes = [*entries, *options.rest, *(["config"] if options.config else [])]
     if changes or options.overwrite:
@@ -95,17 +102,6 @@ def _config(options: argparse.Namespace) -> Config:
             f"--resume goes on with the run as it was started; leave out {changes or '--overwrite'}"
         )
     return find_run(options.resume).config()
-
-
-def _recipe(path: Path | None, entries: dict[str, str], rest: list[str]) -> dict[str, Any]:
-    """Entries of the config file that was named, or else of the environment's own."""
-    if path is not None:
-        return reading.read_yaml(path if path.exists() else reading.shipped_config(path))
-    chosen = entries.keys() & {"env_id", "algo", "env_kwargs"}
-    values = {key: reading.entry_value(key, entries[key]) for key in chosen}
-    env_id = str(values.get("env_id", _DEFAULT))
-    frame = reading.frame_of(values, reading.env_keywords(rest))
-    return reading.recipe_for(env_id, values.get("algo"), frame)
 
 
 def _finish(run: Run, outcome: Session, imports: str, quiet: bool) -> None:

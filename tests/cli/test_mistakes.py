@@ -64,6 +64,7 @@ REFUSED = [
     ("verify --json heavy_top", "heavy_top; expected a file: name subjects before --json"),
     ("verify --json no/laws.json", "--json = no/laws.json; expected a file in a folder that ex"),
     ("verify --fast", "argument = '--fast'; expected"),
+    ("--scors verify", "of those that --help lists: did you mean --scores?"),
     ("evalute BallPark --policy zero", ": did you mean 'evaluate'?"),
     ("verify --scors", "of those that --help lists: did you mean --scores?"),
     ("play BallPark --sead 3 --help-keys", "argument 'sead'): did you mean --seed?"),

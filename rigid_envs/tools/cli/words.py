@@ -147,7 +147,6 @@ def answer(
         Exit status: that of the verb; 1 for a failure, 2 for a mistake, 130 after Ctrl-C.
     """
     words, verbs = sys.argv[1:] if words is None else words, parser.get_default("verbs")
-    rest: list[str] = []
     status = 0
     try:
         if words and not words[0].startswith("-"):
@@ -162,8 +161,10 @@ def answer(
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except mistakes + failures + _FAILURES as error:
         text = shown(str(error))
+        if isinstance(error, OSError) and error.filename is not None:
+            text = shown(f"{error.filename}: {error.strerror}")
         if isinstance(error, UnknownKeywordError) and "did you mean" not in text:
-            text += _nearest(rest, verbs[words[0]])
+            text += _nearest(options.rest, options.verb.format_help())
         say(f"{parser.prog.rpartition(' ')[2]}: {text}")
         return 2 if isinstance(error, mistakes) else 1
     except KeyboardInterrupt:
@@ -172,9 +173,9 @@ def answer(
     return status
 
 
-def _nearest(rest: Sequence[str], verb: argparse.ArgumentParser) -> str:
-    """The option that was perhaps meant by one of the words that none took; empty if none."""
-    known = re.findall(r"^ .*?(--[\w-]+)", verb.format_help(), re.MULTILINE)
+def _nearest(rest: Sequence[str], told: str) -> str:
+    """Which option, of those that a help tells, the words that none took may mean; or nothing."""
+    known = re.findall(r"^ .*?(--[\w-]+)", told, re.MULTILINE)
     for word in rest:
         for near in difflib.get_close_matches(word.partition("=")[0], known, n=1, cutoff=0.7):
             return f": did you mean {near}?"
@@ -231,7 +232,7 @@ class Verb:
             usage=self.usage,
             allow_abbrev=False,
         )
-        parser.set_defaults(act=self.act, takes_rest=self.usage is not None)
+        parser.set_defaults(act=self.act, verb=parser, takes_rest=self.usage is not None)
         for each in self.options:
             each(parser)
 

@@ -182,7 +182,7 @@ def test_an_environment_is_trained_with_its_own_recipe(
         ("train --sead 1", 2, r"config\.sead: unknown key; did you mean 'seed'\?"),
         ("train --resum x", 2, r": did you mean --resume\?$"),
         ("evaluate x --sead 1", 2, r"argument = '--sead'; .*: did you mean --seed\?$"),
-        ("train --config nowhere.yaml", 1, "nowhere.yaml"),
+        ("train --config nowhere.yaml", 1, "agents: nowhere.yaml: No such file or directory$"),
         ("train --resume nowhere", 1, "nowhere: no run here"),
         ("train --resume x --seed 1", 2, r"leave out \['seed'\]"),
         ("train --run_name ../x", 2, r"config\.run_name: run_name = '\.\./x'; expected"),
