@@ -242,7 +242,8 @@ def nearest_id(name: str, known: Iterable[str]) -> str:
         name: The misspelt id.
         known: All ids.
     """
-    forms = {form.lower(): env_id for env_id in known for form in _short_forms(env_id)}
+    back = reversed(list(known))  # of several with the same short form, the first one stays
+    forms = {form.lower(): env_id for env_id in back for form in _short_forms(env_id)}
     return forms[difflib.get_close_matches(name.lower(), forms, n=1, cutoff=0.0)[0]]
 
 
