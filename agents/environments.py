@@ -1,6 +1,5 @@
 """Vector environments by id, as data names them."""
 
-import difflib
 import importlib
 import sys
 from collections.abc import Mapping, Sequence
@@ -12,7 +11,7 @@ from gymnasium.vector import VectorEnv
 
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.settings import refusal
-from rigid_envs.envs.lookup import task_of
+from rigid_envs.envs.lookup import nearest_id, task_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
 # Modules that register environments: the only code that a command imports by its name.
@@ -60,8 +59,7 @@ def make(
         raise refusal("env_id", env_id, expected)
     if name not in gym.registry or gym.registry[name].vector_entry_point is None:
         known = [key for key, spec in gym.registry.items() if spec.vector_entry_point is not None]
-        close = difflib.get_close_matches(name, known, n=1) or sorted(known)
-        hint = f"did you mean {', '.join(map(repr, close))}?"
+        hint = f"did you mean {nearest_id(name, known)!r}?"
         expected = f"a registered environment with a native vector form: {hint}"
         raise refusal("env_id", env_id, expected)
     try:

@@ -4,11 +4,10 @@ import argparse
 import sys
 from collections.abc import Sequence
 
-from rigid_envs import __version__
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.tools.cli.scoring import leaderboard_
-from rigid_envs.tools.cli.words import answer
+from rigid_envs.tools.cli.words import answer, parser_of
 
 from ..storage.runs import RunInUseError
 from . import verbs
@@ -34,17 +33,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="python -m agents",
-        description="Train, evaluate and watch agents. Without arguments: train on BallPark with "
+    return parser_of(
+        "python -m agents",
+        "Train, evaluate and watch agents. Without arguments: train on BallPark with "
         "PPO for 1.5 M steps, evaluate on 500 unseen starts, and say where everything was written.",
-        allow_abbrev=False,
-    )
-    parser.add_argument("--version", action="version", version=f"rigid-envs {__version__}")
-    several = parser.add_subparsers(metavar="VERB", required=True)
-    for each in (
         *(verbs.train, verbs.evaluate, leaderboard_, verbs.enjoy),
         *(verbs.benchmark, verbs.search, verbs.baselines, verbs.publish),
-    ):
-        each.add(several)
-    return parser
+    )

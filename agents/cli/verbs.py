@@ -12,7 +12,7 @@ import signal
 import sys
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from gymnasium.error import DependencyNotInstalled
 
@@ -42,6 +42,9 @@ _DEFAULT = "RigidEnvs/BallPark-v0"
     option("--overwrite", action="store_true", help="delete a run of the same name"),
     option("--print-config", action="store_true", help="print the config and stop"),
     option("--quiet", action="store_true", help="no progress, only the result"),
+    option(
+        "--logger", choices=("wandb", "mlflow"), help="log to it too, beside TensorBoard's events"
+    ),
     reading.add_config_options,
     usage="python -m agents train [--config FILE | --resume RUN] [--ENTRY VALUE ...]",
 )
@@ -56,13 +59,15 @@ def train(options: argparse.Namespace) -> int:
     if options.print_config:
         print(reading.dump_yaml(config_to_dict(config)), end="")
         return 0
+    if options.logger:
+        _require(options.logger, options.logger)
     run = open_run(options.resume) if options.resume else create_run(config, options.overwrite)
     from ..training.trainer import train_in
 
     imports = "".join(f" --allow-import {module}" for module in options.allow_import)
     again = f"python -m agents train --resume {run.folder}{imports}"
     with closing(run):
-        outcome = train_in(run, options.quiet)
+        outcome = train_in(run, options.quiet, options.logger)
         if outcome.stopped_by is not None:
             print(
                 f"stopped by {signal.Signals(outcome.stopped_by).name} after "
@@ -81,8 +86,15 @@ def _config(options: argparse.Namespace) -> Config:
     """The config of the run that is resumed, or what a file and options make of a new one."""
     known = {f.name for kind in ALGORITHMS.values() for f in dataclasses.fields(kind)}
     entries = {key: value for key, value in vars(options).items() if key in known}
-    if not options.resume:
-        recipe = _recipe(options.config, entries, options.rest)
+    if options.config and not options.resume:
+        recipe = reading.read_yaml(reading.config_file(options.config))
+        return reading.load_config(recipe, entries, options.rest)
+    if not options.resume:  # the recipe of the environment
+        chosen = entries.keys() & {"env_id", "algo", "env_kwargs"}
+        values = {key: reading.entry_value(key, entries[key]) for key in chosen}
+        frame = reading.frame_of(values, reading.env_keywords(options.rest))
+        env_id = str(values.get("env_id", _DEFAULT))
+        recipe = reading.recipe_for(env_id, values.get("algo"), frame)
         return reading.load_config(recipe, entries, options.rest)
     changes = [*entries, *options.rest, *(["config"] if options.config else [])]
     if changes or options.overwrite:
@@ -90,17 +102,6 @@ def _config(options: argparse.Namespace) -> Config:
             f"--resume goes on with the run as it was started; leave out {changes or '--overwrite'}"
         )
     return find_run(options.resume).config()
-
-
-def _recipe(path: Path | None, entries: dict[str, str], rest: list[str]) -> dict[str, Any]:
-    """Entries of the config file that was named, or else of the environment's own."""
-    if path is not None:
-        return reading.read_yaml(path if path.exists() else reading.shipped_config(path))
-    chosen = entries.keys() & {"env_id", "algo", "env_kwargs"}
-    values = {key: reading.entry_value(key, entries[key]) for key in chosen}
-    env_id = str(values.get("env_id", _DEFAULT))
-    frame = reading.frame_of(values, reading.env_keywords(rest))
-    return reading.recipe_for(env_id, values.get("algo"), frame)
 
 
 def _finish(run: Run, outcome: Session, imports: str, quiet: bool) -> None:
@@ -238,14 +239,14 @@ def _save_replays(file: Path, path: Path, n: int, seed: int) -> Path:
     ),
     option("--video", metavar="FILE", help="write a film: FILE.mp4, .gif or .webp"),
     option("--html", metavar="FILE", help="write a page for a browser"),
-    option("--table", action="store_true", help="print only"),
+    option("--table", action="store_true", help="print every step, and show nothing"),
 )
 def enjoy(options: argparse.Namespace) -> None:
     """Watch one episode, in a window or as a film.
 
-    Print one episode, step by step, and show it: in a window where there is a display (Space
-    pauses, R plays it again, Esc closes), and else in a film, enjoy.mp4 in the folder of the
-    policy. --video and --html write files instead.
+    Show one episode: in a window where there is a display (Space pauses, R plays it again, Esc
+    closes), and else in a film, enjoy.mp4 in the folder of the policy. --video and --html write
+    files instead; --table prints it step by step.
     """
     from rigid_envs import load
 
@@ -256,7 +257,7 @@ def enjoy(options: argparse.Namespace) -> None:
     policy = load(file)
     seed = row_seeds(TEST_SEED, 1, "test")[0] if options.seed is None else options.seed
     players = players_of(policy, seed, options.random, options.against)
-    watch(players[0][0], policy.document, seed)
+    watch(players[0][0], policy.document, seed, options.table)
     if not options.table:
         folder = options.path if is_run(options.path) else file.parent
         show(policy.env_id, seed, players, video, html, folder / "enjoy.mp4")
@@ -273,7 +274,7 @@ def _policy_file(path: Path, which: str) -> Path:
     """
     if not is_run(path):
         file = path / "policy.safetensors" if path.is_dir() else path
-        why = "no policy here"
+        why = f"no policy here ({file} is not there); expected a run, or the folder or file of one"
     else:
         file = path / f"{which}_model" / "policy.safetensors"
         why = (
@@ -391,7 +392,7 @@ def _workers(options: argparse.Namespace) -> Processes | RayTasks:
     if not (options.patience is None or options.patience > 0.0):
         raise ConfigError(f"--patience = {options.patience}; expected seconds above 0")
     if options.ray is not None:
-        _require_ray()
+        _require("rigid-envs[sweep]", "ray", "optuna")
         from ..sweeps.cluster import RayTasks
 
         return RayTasks(options.ray, options.allow_import)
@@ -401,10 +402,11 @@ def _workers(options: argparse.Namespace) -> Processes | RayTasks:
     return Processes(options.jobs, options.allow_import)
 
 
-def _require_ray() -> None:
-    for name in ("ray", "optuna"):
+def _require(package: str, *names: str) -> None:
+    """Refuse what needs modules that are not installed, and come with a package."""
+    for name in names:
         if importlib.util.find_spec(name) is None:
-            mend = "get it with: pip install 'rigid-envs[sweep]'"
+            mend = f"get it with: pip install '{package}'"
             raise DependencyNotInstalled(f"{name} is not installed; {mend}")
 
 
@@ -435,19 +437,19 @@ def search(options: argparse.Namespace) -> int:
     from ..config.search import read_search
 
     search = read_search(options.file)
-    _require_ray()
+    _require("rigid-envs[sweep]", "ray", "optuna")
     from ..sweeps.cluster import connect
     from ..sweeps.search import search_recipe
 
     connect(options.ray, options.jobs)
     out = options.out or Path("logs/search") / options.file.stem
-    found = search_recipe(search, out, options.allow_import)
-    for path in found.configs:
+    configs, n_trials = search_recipe(search, out, options.allow_import)
+    for path in configs:
         note = path.read_text(encoding="utf-8").splitlines()[0]
         print(f"{path}  {note}")
     print(f"all trials: {out / 'trials.csv'}")
-    if found.n_trials < search.trials:
-        print(f"{found.n_trials} of {search.trials} trials are done; the same command goes on")
+    if n_trials < search.trials:
+        print(f"{n_trials} of {search.trials} trials are done; the same command goes on")
         return 1
     return 0
 

@@ -177,6 +177,11 @@ class Config(settings.Settings, abc.ABC):
     def steps_per_update(self) -> int:
         """Environment steps of an update, all rows together: what comes between two log rows."""
 
+    @property
+    def steps_in_all(self) -> int:
+        """Steps of the whole run: the last update is made in full."""
+        return -(-self.total_timesteps // self.steps_per_update) * self.steps_per_update
+
     def __post_init__(self) -> None:
         """Check and convert every entry.
 

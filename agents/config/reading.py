@@ -246,14 +246,14 @@ def config_for(env_id: str, entries: Mapping[str, Any], frame: str | None = None
     return config_from({**recipe, **entries})
 
 
-def shipped_config(path: Path) -> Path:
-    """File of a shipped config that is named without folder and ending: `ball_park_ppo`.
+def config_file(path: Path) -> Path:
+    """A config file, or the shipped one of a name without folder and ending: `ball_park_ppo`.
 
     Args:
-        path: The name; any other path is given back as it is.
+        path: The file, which goes before a shipped one, or the name.
     """
     file = _CONFIGS / f"{path}.yaml"
-    return file if len(path.parts) == 1 and file.is_file() else path
+    return path if path.exists() or len(path.parts) > 1 or not file.is_file() else file
 
 
 def frame_of(entries: Mapping[str, Any], keywords: Mapping[str, Any]) -> str | None:

@@ -15,6 +15,7 @@ from rigid_envs.scores.starts import rollout, row_seeds
 from rigid_envs.scores.trained import CompiledPolicy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
+from rigid_envs.tools.pages.tables import table
 from rigid_envs.watch import films, pictures
 from rigid_envs.watch.drawing import Look
 from rigid_envs.watch.replays.page import write_html
@@ -55,66 +56,52 @@ def players_of(
 
 # One episode, step by step, as a table to read.
 
+_WIDE = 1000  # a step is one line
 _LEFT_OUT = ("is_success", "action_clipped", "physics_error")  # said in words where they are true
 
 
-def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int) -> None:
-    """Play one episode and print every step of it.
+def watch(act: PolicyFactory, document: Mapping[str, Any], seed: int, steps: bool) -> None:
+    """Play one episode and print what came of it.
 
     Args:
         act: What acts.
         document: Of the policy: its environment and settings.
         seed: Seed of the start.
+        steps: Whether every step is printed too; unweighted terms of the reward are `r:term`.
     """
+    print(f"{document['env_id']}   seed {seed}")
     venv = make(document["env_id"], document["env_kwargs"], 1)
     dt = getattr(getattr(venv.unwrapped, "task", None), "dt", None)
-    total, success, names = 0.0, False, None
+    rows, total, header, success = [], 0.0, ["step"], False
     for step, each in enumerate(rollout(act(venv), venv, [seed]), start=1):
-        action, reward = each.actions[0], float(each.rewards[0])
         info = {key: values[0] for key, values in each.infos.items()}
-        total += reward
+        names = [key for key in info if key not in _LEFT_OUT and np.isscalar(info[key])]
+        told = {"t [s]": f"{step * dt:.2f}"} if dt is not None else {}
+        told |= {f"a[{k}]": f"{a:.3f}" for k, a in enumerate(np.atleast_1d(each.actions[0]))}
+        told["reward"] = f"{each.rewards[0]:.4f}"
+        told |= {name.replace("reward/", "r:"): f"{float(info[name]):.4g}" for name in names}
+        header = ["step", *told, "notes"]
+        rows.append((str(step), *told.values(), " ".join(k for k in _LEFT_OUT if info.get(k))))
+        total += float(each.rewards[0])
         success = bool(info.get("is_success", False))
-        if names is None:
-            names = [key for key in info if key not in _LEFT_OUT and np.isscalar(info[key])]
-            print(f"{document['env_id']}   seed {seed}")
-            print(_header(names, np.size(action), dt))
-        clock = f"{step:6d}" if dt is None else f"{step * dt:6.2f}"
-        cells = [f"{float(a):7.3f}" for a in np.atleast_1d(action)] + [f"{reward:9.4f}"]
-        cells += [f"{float(info[name]):>{_width(name)}.4g}" for name in names]
-        notes = [key for key in _LEFT_OUT if info.get(key)]
-        print(f"{step:5d}", clock, *cells, *notes)
-    print(f"return {total:.4f} in {step} steps: {'success' if success else 'no success'}")
+    if steps:
+        print(table(header, rows, ">" * (len(header) - 1), indent=0, width=_WIDE))
+    print(f"return {total:.4f} in {len(rows)} steps: {'success' if success else 'no success'}")
     venv.close()
-
-
-def _header(names: list[str], n_action: int, dt: float | None) -> str:
-    actions = [f"   a[{k}]" for k in range(n_action)]
-    clock = "  step" if dt is None else " t [s]"
-    titles = [f"{_title(name):>{_width(name)}}" for name in names]
-    return " ".join([" step", clock, *actions, "   reward", *titles])
-
-
-def _title(name: str) -> str:
-    """The name of an info entry; unweighted terms of the reward are `r:term`."""
-    return name.replace("reward/", "r:")
-
-
-def _width(name: str) -> int:
-    return max(len(_title(name)), 9)
 
 
 # One episode in a window, as a film or a page, beside that of a controller or not.
 
 
 def refuse_early(
-    video: str | None, html: str | None, table: bool, against: str | None
+    video: str | None, html: str | None, alone: bool, against: str | None
 ) -> tuple[Path | None, Path | None]:
     """Paths of film and page, which are refused before anything is done for them.
 
     Args:
         video: Name of the film.
         html: Name of the page.
-        table: Whether there is to be neither, nor a pictures.
+        alone: Whether there is to be neither, nor a window.
         against: Name of a controller.
 
     Raises:
@@ -122,7 +109,7 @@ def refuse_early(
         DependencyNotInstalled: A package that writes the film is not installed.
     """
     given = {"--video": video, "--html": html, "--against": against}
-    if table and any(given.values()):
+    if alone and any(given.values()):
         names = [name for name, value in given.items() if value]
         raise ConfigError(f"--table prints only; leave out {' '.join(names)}")
     page = None if html is None else Path(html)
@@ -168,7 +155,8 @@ def show(
         print("   ".join(episode.label for _, episode in shown))
     try:
         if html is not None:
-            print(f"page: {_page(html, env_id, task, [episode for _, episode in shown])}")
+            replay = Replay(env_id, task, tuple(episode for _, episode in shown))
+            print(f"page: {write_html(html, [(replay, k) for k in range(len(shown))])}")
         if not asked and _window(task, shown, f"{env_id}   seed {seed}"):
             return
         if film := video or (None if asked else otherwise):
@@ -185,12 +173,6 @@ def _window(task: Task, shown: Sequence[tuple[Task, PastEpisode]], title: str) -
     return pictures.has_display() and pictures.show(
         lambda: films.episode_pictures(shown, hold=0.0), films.pictures_per_second(task), title
     )
-
-
-def _page(path: Path, env_id: str, task: Task, episodes: Sequence[PastEpisode]) -> Path:
-    """Write a page of episodes side by side."""
-    replay = Replay(env_id, task, tuple(episodes))
-    return write_html(path, [(replay, k) for k in range(len(episodes))])
 
 
 # Short film of a trained policy, in bounded time.

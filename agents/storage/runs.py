@@ -2,10 +2,12 @@
 
 import fcntl
 import hashlib
+import itertools
 import os
 import platform
 import re
 import shutil
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -155,11 +157,16 @@ def create_run(config: Config, overwrite: bool = False) -> Run:
     hidden = parent / f".{os.urandom(8).hex()}.tmp"
     hidden.mkdir()
     lock = _acquire(hidden)
-    folder = _name(hidden, parent, config)
-    if folder is None:
+    for folder in _names(config):
+        try:
+            os.rename(hidden, folder)  # refused by the system if the folder has anything in it
+            break
+        except OSError:
+            if not folder.exists():
+                raise
+    else:
         os.close(lock)
         shutil.rmtree(hidden)
-        folder = config.folder
         lock = _take_over(folder, overwrite)
     files.sync_folder(parent)
     return Run(folder, lock, config)
@@ -207,28 +214,15 @@ def is_in_use(folder: Path) -> bool:
     return False
 
 
-def _name(hidden: Path, parent: Path, config: Config) -> Path | None:
-    """Give the hidden folder its name; None if that is taken."""
+def _names(config: Config) -> Iterable[Path]:
+    """The folder of a run that has a name; else those of the environment's name and a number."""
     if config.run_name is not None:
-        return _renamed(hidden, config.folder)
+        return [config.folder]
     stem = re.sub(r"[^A-Za-z0-9._-]", "-", re.split("[:/]", config.env_id)[-1])[:60]
+    parent = config.folder.parent
     numbers = [path.name.removeprefix(f"{stem}_") for path in parent.glob(f"{stem}_*")]
     number = max([int(text) for text in numbers if text.isdecimal()], default=0)
-    folder = None
-    while folder is None:
-        number += 1
-        folder = _renamed(hidden, parent / f"{stem}_{number}")
-    return folder
-
-
-def _renamed(hidden: Path, folder: Path) -> Path | None:
-    try:
-        os.rename(hidden, folder)  # refused by the system if the folder has anything in it
-    except OSError:
-        if folder.exists():
-            return None
-        raise
-    return folder
+    return (parent / f"{stem}_{k}" for k in itertools.count(number + 1))
 
 
 def _take_over(folder: Path, overwrite: bool) -> int:

@@ -54,7 +54,7 @@ class RayTasks:
         # A task that dies begins again by `train_all`, which sees whether it gets on.
         self._task = ray.remote(num_cpus=1, max_retries=0, max_calls=1)(_task)
         self._imports = tuple(imports)
-        self._running: dict[Any, int] = {}
+        self._running: dict[int, Any] = {}
 
     def start(self, number: int, training: Training) -> None:
         """Train in a process of its own.
@@ -63,16 +63,13 @@ class RayTasks:
             number: Names the training.
             training: What to train.
         """
-        reference = self._task.remote(os.getcwd(), training, self._imports)
-        self._running[reference] = number
+        self._running[number] = self._task.remote(os.getcwd(), training, self._imports)
 
     def wait(self) -> list[Ended]:
         """The trainings that ended; waits for one, a second at most."""
-        ended = []
-        ready, _ = ray.wait(list(self._running), timeout=_WAIT)
-        for reference in ready:
-            ended.append((self._running.pop(reference), *_result(reference)))
-        return ended
+        ready, _ = ray.wait(list(self._running.values()), timeout=_WAIT)
+        ended = [number for number, reference in self._running.items() if reference in ready]
+        return [(number, *_result(self._running.pop(number))) for number in ended]
 
     def kill(self, number: int) -> None:
         """End one that hangs, without a word.
@@ -80,13 +77,11 @@ class RayTasks:
         Args:
             number: Names the training.
         """
-        for reference, own in self._running.items():
-            if own == number:
-                ray.cancel(reference, force=True)
+        ray.cancel(self._running[number], force=True)
 
     def stop(self) -> None:
         """Ask all to save and end."""
-        for reference in self._running:
+        for reference in self._running.values():
             ray.cancel(reference)
 
     def close(self) -> None:

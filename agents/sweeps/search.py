@@ -8,7 +8,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import optuna
@@ -36,24 +36,12 @@ _WORST = {name: np.inf if way == "min" else -np.inf for name, way in FIGURES.ite
 """Figures of a training that diverged: no error of the search."""
 
 _RUNNING, _COMPLETE = TrialState.RUNNING, TrialState.COMPLETE
-_KEYS = ("successes", "results", "costs")  # of the figures, in `evaluations.npz`
 _WAYS = {"min": StudyDirection.MINIMIZE, "max": StudyDirection.MAXIMIZE}
+_KEYS = ("successes", "results", "costs")  # of the figures, in `evaluations.npz`
 _DEATHS = 3  # of the process or the node of a trial, after which it is given up
 
 
-class Found(NamedTuple):
-    """What a search has found.
-
-    Attributes:
-        configs: Files of those that no other beats, best first by the first figure.
-        n_trials: Trials that are done.
-    """
-
-    configs: list[Path]
-    n_trials: int
-
-
-def search_recipe(search: Search, out: Path, imports: Sequence[str] = ()) -> Found:
+def search_recipe(search: Search, out: Path, imports: Sequence[str] = ()) -> tuple[list[Path], int]:
     """Try values for the ranges of a recipe, or go on with what was begun before.
 
     Ray must be connected. Each trial trains with all seeds, one after the other, on one processor;
@@ -66,11 +54,19 @@ def search_recipe(search: Search, out: Path, imports: Sequence[str] = ()) -> Fou
             compromises as configs.
         imports: Modules that register environments.
 
+    Returns:
+        Files of the configs that no other beats, best first by the first figure; and the number of
+        trials that are done.
+
     Raises:
         ConfigError: Another search was begun in the folder.
     """
     out = out.absolute()
-    _refuse_another(search, out)
+    file, text = out / "search.yaml", dump_yaml(dataclasses.asdict(search))
+    if file.is_file() and file.read_text(encoding="utf-8") != text:
+        raise ConfigError(f"{file} is of another search; --out names another folder")
+    out.mkdir(parents=True, exist_ok=True)
+    write_atomic(file, text)
     optuna.logging.set_verbosity(optuna.logging.WARNING)
     journal = out / "optuna.journal"
     with named_damage(journal):
@@ -84,15 +80,6 @@ def search_recipe(search: Search, out: Path, imports: Sequence[str] = ()) -> Fou
         study.sampler = optuna.samplers.TPESampler(seed=len(study.trials))
     _try_all(study, search, out, tuple(imports))
     return _conclude(study, search, out)
-
-
-def _refuse_another(search: Search, out: Path) -> None:
-    """Note what is searched in a folder; another search there is refused."""
-    file, text = out / "search.yaml", dump_yaml(dataclasses.asdict(search))
-    if file.is_file() and file.read_text(encoding="utf-8") != text:
-        raise ConfigError(f"{file} is of another search; --out names another folder")
-    out.mkdir(parents=True, exist_ok=True)
-    write_atomic(file, text)
 
 
 def _try_all(study: optuna.Study, search: Search, out: Path, imports: tuple[str, ...]) -> None:
@@ -170,7 +157,7 @@ def _figures(configs: list[Config]) -> dict[str, float]:
     return dict(zip(FIGURES, map(float, means), strict=True))
 
 
-def _conclude(study: optuna.Study, search: Search, out: Path) -> Found:
+def _conclude(study: optuna.Study, search: Search, out: Path) -> tuple[list[Path], int]:
     """Write the table of all trials and the configs of the best."""
     done = study.get_trials(states=(_COMPLETE,))
     figures = {each.number: _figures(_runs(search, each.params, out, each.number)) for each in done}
@@ -189,4 +176,4 @@ def _conclude(study: optuna.Study, search: Search, out: Path) -> Found:
         told = ", ".join(f"{name} {value:.5g}" for name, value in figures[each.number].items())
         text = dump_yaml(config_to_dict(config, PLACES))
         write_atomic(path, f"# validation, seeds {search.seeds}: {told}\n{text}")
-    return Found(paths, len(done))
+    return paths, len(done)

@@ -13,6 +13,7 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -23,7 +24,7 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.sb3.adapter import NonFiniteError
 from rigid_envs.scores.records import Record, read_record, record_file, write_record
 from rigid_envs.scores.result import rates_of
-from rigid_envs.tools.cli.words import tell
+from rigid_envs.tools.cli.words import say, tell
 
 from ..config.entries import PLACES, Config, config_from, config_to_dict
 from ..environments import import_allowed
@@ -186,8 +187,8 @@ def _line(record: Record) -> str:
     return (
         f"{record.env_id} {record.policy}, seed {record.seed}: success {success}, "
         f"efficiency {efficiency}, cost {found.mean(found.costs):.4g}; "
-        f"{training['timesteps']:,} steps, {training['seconds']:.0f} s, "
-        f"{training['cpu_seconds']:.0f} s of processors"
+        f"{training['timesteps']:,} steps, {training['seconds']:.1f} s, "
+        f"{training['cpu_seconds']:.1f} s of processors"
     )
 
 
@@ -210,8 +211,7 @@ class Patience:
             seconds: How long a training may write nothing.
         """
         self._seconds, self._looked = seconds, monotonic()
-        self._signs: dict[int, float] = {}  # time of the last one that was seen
-        self._silent: dict[int, float] = {}  # seconds since then
+        self._seen: dict[int, tuple[float, float]] = {}  # time of the last sign, seconds since
 
     def lost(self, running: Mapping[int, Training]) -> list[int]:
         """Look at them.
@@ -225,15 +225,15 @@ class Patience:
         """
         now = monotonic()
         passed, self._looked = min(now - self._looked, _LONGEST), now
+        before, self._seen, late = self._seen, {}, []
         for number, training in running.items():
             sign = training.last_sign()
-            is_silent = sign == self._signs.get(number)
-            self._silent[number] = self._silent.get(number, 0.0) + passed if is_silent else 0.0
-            self._signs[number] = sign
-        for number in self._signs.keys() - running.keys():
-            del self._signs[number], self._silent[number]
-        late = [number for number, silent in self._silent.items() if silent > self._seconds]
-        self._silent.update(dict.fromkeys(late, 0.0))
+            last, silent = before.get(number, (-1.0, 0.0))
+            silent = silent + passed if sign == last else 0.0
+            if silent > self._seconds:
+                late.append(number)
+                silent = 0.0
+            self._seen[number] = sign, silent
         return [number for number in late if running[number].is_in_use()]
 
 
@@ -279,7 +279,7 @@ def train_all(
             training.refuse_another()
     with StopSignals() as signals:
         try:
-            failed = _Sweep(trainings, workers, signals, quiet, patience).run()
+            failed = _Sweep(trainings, workers, signals, quiet, Patience(patience)).run()
         finally:
             workers.close()
     if signals.received is not None:
@@ -287,17 +287,16 @@ def train_all(
     return 1 if failed else 0
 
 
+@dataclass
 class _Sweep:
-    def __init__(
-        self,
-        trainings: Sequence[Training],
-        workers: Processes | RayTasks,
-        signals: StopSignals,
-        quiet: bool,
-        patience: float,
-    ) -> None:
-        self._trainings, self._workers, self._signals = trainings, workers, signals
-        self._quiet, self._patience = quiet, Patience(patience)
+    _trainings: Sequence[Training]
+    _workers: Processes | RayTasks
+    _signals: StopSignals
+    _quiet: bool
+    _patience: Patience
+
+    def __post_init__(self) -> None:
+        trainings = self._trainings
         self._running: dict[int, Training] = {}
         self._waiting = deque((k, 0.0) for k, each in enumerate(trainings) if not each.is_done())
         self._n_done = len(trainings) - len(self._waiting)
@@ -308,7 +307,7 @@ class _Sweep:
         """Train all; whether one failed."""
         asked = False
         if self._n_done:
-            self._say(f"{self._n_done} of {len(self._trainings)} have their record")
+            say(f"{self._n_done} of {len(self._trainings)} have their record", sys.stdout)
         while self._waiting or self._running:
             if self._signals.stopping():
                 self._waiting.clear()
@@ -320,7 +319,10 @@ class _Sweep:
             for number, status, text in self._workers.wait():
                 del self._running[number]
                 self._note(number, status, text)
-            self._kill_lost()
+            for number in self._patience.lost(self._running):
+                silent = f"{self._trainings[number].folder}: has written nothing for too long"
+                say(silent, sys.stdout)
+                self._workers.kill(number)
         return self._failed
 
     def _show(self) -> None:
@@ -331,11 +333,6 @@ class _Sweep:
             more = len(running) - len(ages)
             rest = [f"{more} more"] if more else []
             tell(f"[{self._n_done}/{len(self._trainings)}] {', '.join([*ages, *rest])}")
-
-    def _say(self, text: str) -> None:
-        if not self._quiet:
-            tell("")
-        print(text, flush=True)
 
     def _start_due(self) -> None:
         """Start what is due while there is room."""
@@ -351,17 +348,11 @@ class _Sweep:
                 self._workers.start(number, self._trainings[number])
                 self._running[number] = self._trainings[number]
 
-    def _kill_lost(self) -> None:
-        """Kill those that hang."""
-        for number in self._patience.lost(self._running):
-            self._say(f"{self._trainings[number].folder}: has written nothing for too long")
-            self._workers.kill(number)
-
     def _note(self, number: int, status: int | None, text: str) -> None:
         """Take note of the end of a process."""
         if status == DONE:
             self._n_done += 1
-            self._say(f"[{self._n_done}/{len(self._trainings)}] {text}")
+            say(f"[{self._n_done}/{len(self._trainings)}] {text}", sys.stdout)
         elif status == IN_USE:
             self._again_later(number)
         elif status is None:
@@ -378,13 +369,11 @@ class _Sweep:
         if ages[-_DEATHS:] == [ages[-1]] * _DEATHS:
             self._fail(f"{training.folder}: {text} {_DEATHS} times at the same place; given up")
             return
-        self._say(f"{training.folder}: {text}; goes on from its last checkpoint")
+        say(f"{training.folder}: {text}; goes on from its last checkpoint", sys.stdout)
         self._waiting.appendleft((number, 0.0))
 
     def _fail(self, text: str) -> None:
-        if not self._quiet:
-            tell("")
-        print(f"agents: {text}", file=sys.stderr, flush=True)
+        say(f"agents: {text}")
         self._failed = True
 
     def _again_later(self, number: int) -> None:
@@ -411,7 +400,7 @@ class Processes:
         # Forked from a server that has imported torch and SB3 once, and has no threads.
         self._context = multiprocessing.get_context("forkserver")
         self._context.set_forkserver_preload([work.__module__])
-        self._running: dict[Connection, tuple[int, BaseProcess]] = {}
+        self._running: dict[int, tuple[Connection, BaseProcess]] = {}
 
     def start(self, number: int, training: Training) -> None:
         """Train in a process of its own.
@@ -424,14 +413,16 @@ class Processes:
         process = self._context.Process(target=_main, args=(theirs, training, self._imports))
         process.start()
         theirs.close()  # now its end is the end of the process
-        self._running[ours] = number, process
+        self._running[number] = ours, process
 
     def wait(self) -> list[Ended]:
         """The trainings that ended; waits for one, a second at most."""
         ended: list[Ended] = []
-        for pipe in wait(list(self._running), _WAIT):
-            assert isinstance(pipe, Connection)
-            number, process = self._running.pop(pipe)
+        ready = wait([pipe for pipe, _ in self._running.values()], _WAIT)
+        for number, (pipe, process) in list(self._running.items()):
+            if pipe not in ready:
+                continue
+            del self._running[number]
             try:
                 status, text = pipe.recv()
             except EOFError:
@@ -448,9 +439,7 @@ class Processes:
         Args:
             number: Names the training.
         """
-        for own, process in self._running.values():
-            if own == number:
-                process.kill()
+        self._running[number][1].kill()
 
     def stop(self) -> None:
         """Ask all to save and end."""

@@ -5,7 +5,7 @@ import random
 from collections import deque
 from collections.abc import Mapping, Sequence
 from fnmatch import fnmatch
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import torch
@@ -29,84 +29,69 @@ from .rows import TrainingRows
 # explores with torch's), and that of the first, random actions and of DQN's exploration.
 
 
-class Streams(NamedTuple):
-    """Random streams, which have a state each.
-
-    Attributes:
-        python: Python's module, or a generator of its own.
-        numpy: NumPy's module, or a generator of its old kind.
-        torch: Generator of torch.
-        actions: Stream of the actions.
-    """
-
-    python: Any
-    numpy: Any
-    torch: torch.Generator
-    actions: np.random.BitGenerator
-
-
-def streams_of(model: BaseAlgorithm) -> Streams:
-    """The streams that a training draws from."""
-    actions = model.action_space.np_random.bit_generator
-    return Streams(random, np.random, torch.default_generator, actions)
-
-
-def capture_random(streams: Streams) -> tuple[Arrays, dict[str, Any]]:
+def capture_random(actions: np.random.BitGenerator) -> tuple[Arrays, dict[str, Any]]:
     """States of all streams.
+
+    Args:
+        actions: Stream of the actions.
 
     Returns:
         Arrays and JSON values that `restore_random` takes.
     """
-    version, words, next_gauss = streams.python.getstate()
-    kind, key, *numpy = streams.numpy.get_state()
+    version, words, next_gauss = random.getstate()
+    kind, key, *numpy = np.random.get_state()  # noqa: NPY002
     arrays = {
         "python": np.array(words, dtype=np.uint64),
         "numpy": np.asarray(key),
-        "torch": streams.torch.get_state().numpy(),
+        "torch": torch.get_rng_state().numpy(),
     }
     document = {
         "python": [version, next_gauss],
         "numpy": [kind, *numpy],
-        "actions": streams.actions.state,
+        "actions": actions.state,
     }
     return arrays, document
 
 
-def restore_random(streams: Streams, arrays: Arrays, document: Mapping[str, Any]) -> None:
-    """Bring streams to captured states.
+def restore_random(
+    actions: np.random.BitGenerator, arrays: Arrays, document: Mapping[str, Any]
+) -> None:
+    """Bring all streams to captured states.
 
     Args:
-        streams: The streams.
+        actions: Stream of the actions.
         arrays: From `capture_random`.
         document: From `capture_random`.
     """
     version, next_gauss = document["python"]
-    streams.python.setstate((version, tuple(arrays["python"].tolist()), next_gauss))
+    random.setstate((version, tuple(arrays["python"].tolist()), next_gauss))
     kind, *numpy = document["numpy"]
-    streams.numpy.set_state((kind, arrays["numpy"], *numpy))
-    streams.torch.set_state(torch.tensor(arrays["torch"]))
-    streams.actions.state = document["actions"]
+    np.random.set_state((kind, arrays["numpy"], *numpy))  # noqa: NPY002
+    torch.set_rng_state(torch.tensor(arrays["torch"]))
+    actions.state = document["actions"]
 
 
 def check_random(actions: np.random.BitGenerator, arrays: Arrays, document: Any) -> None:
-    """Refuse states that streams of their kind do not take, or do not give back.
+    """Refuse states that the streams do not take, or do not give back; they stay as they are.
 
     Args:
-        actions: Stream of the actions; it stays as it is.
+        actions: Stream of the actions.
         arrays: From `capture_random`.
         document: From `capture_random`.
 
     Raises:
         ValueError: "member = value; expected ...".
     """
-    scratch = Streams(random.Random(), np.random.RandomState(), torch.Generator(), type(actions)())
+    before = capture_random(actions)
     try:
-        restore_random(scratch, arrays, document)
-        back, told = capture_random(scratch)
+        restore_random(actions, arrays, document)
+        back, told = capture_random(actions)
         same = told == document and all(np.array_equal(back[k], arrays[k]) for k in back)
         why = "other states"
     except (ValueError, TypeError, OverflowError, LookupError, RuntimeError) as error:
         same, why = False, f"{error}"
+    finally:
+        restore_random(actions, *before)
     require(same, why.splitlines()[:1], "random", "states of the random streams")
     position, has_gauss = document["numpy"][1:3]  # which NumPy does not check
     fits = 0 <= position <= len(arrays["numpy"]) and has_gauss in (0, 1)
@@ -156,9 +141,8 @@ _WHOLE = ("/step", "/dones", "/timeouts")
 _OF_FIXED_SHAPE = ("memory/place", "memory/current_start")
 
 
-class _Part(NamedTuple):
-    dtype: np.dtype[Any]
-    shape: tuple[int, ...]
+_Part = tuple[np.dtype[Any], tuple[int, ...]]
+"""Type and shape of an array."""
 
 
 def check(
@@ -183,7 +167,7 @@ def check(
     counters, buffer = document["counters"], getattr(model, "replay_buffer", None)
     capacity = 0 if buffer is None else int(buffer.buffer_size)  # steps of each row
     steps = counters["num_timesteps"] // model.n_envs
-    parts = {name: _Part(array.dtype, array.shape) for name, array in fresh.items()}
+    parts = {name: (array.dtype, array.shape) for name, array in fresh.items()}
     if counters["_n_updates"]:
         parts |= _parts_of_moments(model)
     if any(name.startswith(_ORIGINAL) for name in found):  # there from the first step on
@@ -192,7 +176,11 @@ def check(
     for name, array in found.items():
         if name.startswith("window/"):
             rows[name] = min(len(array) if array.ndim else 0, model._stats_window_size)
-    _check_parts(found, {name: _with_rows(name, part, rows) for name, part in parts.items()})
+    for prefix, n in rows.items():  # the number of rows is not always the same
+        for name, (dtype, shape) in parts.items():
+            if name.startswith(prefix) and name not in _OF_FIXED_SHAPE:
+                parts[name] = dtype, (n, *shape[1:])
+    _check_parts(found, parts)
     _check_values(found, fresh, _ranges(model, capacity))
     exact: dict[str, Any] = {"adapter/steps": steps, "validation/timesteps": evaluations}
     if capacity:
@@ -202,15 +190,7 @@ def check(
         require(np.array_equal(value, expected), value, name, f"{expected}, from the age")
     lengths, returns = len(found["window/lengths"]), len(found["window/returns"])
     require(lengths == returns, lengths, "len(window/lengths)", f"{returns}, as of the returns")
-    check_random(streams_of(model).actions, under("random", found), document["random"])
-
-
-def _with_rows(name: str, part: _Part, rows: Mapping[str, int]) -> _Part:
-    """A part with its number of rows, if that is not always the same."""
-    for prefix, n in rows.items():
-        if name.startswith(prefix) and name not in _OF_FIXED_SHAPE:
-            return _Part(part.dtype, (n, *part.shape[1:]))
-    return part
+    check_random(_actions_of(model), under("random", found), document["random"])
 
 
 def _parts_of_moments(model: BaseAlgorithm) -> dict[str, _Part]:
@@ -222,24 +202,17 @@ def _parts_of_moments(model: BaseAlgorithm) -> dict[str, _Part]:
             if weight.requires_grad:
                 shapes = {"step": (), "exp_avg": weight.shape, "exp_avg_sq": weight.shape}
                 for key, shape in shapes.items():
-                    place = f"optimizer/{name}/{k}/{key}"
-                    parts[place] = _Part(np.dtype(np.float32), tuple(shape))
+                    parts[f"optimizer/{name}/{k}/{key}"] = np.dtype(np.float32), tuple(shape)
     return parts
 
 
 def _check_parts(found: Arrays, parts: Mapping[str, _Part]) -> None:
-    for name in sorted(found.keys() ^ parts.keys()):
-        if name in found:
-            raise ValueError(f"{name} is there; expected no such array")
-        part = parts[name]
-        raise ValueError(f"{name} is missing; expected {part.dtype} of shape {part.shape}")
-    for name, part in parts.items():
-        array = found[name]
-        if (array.dtype, array.shape) != part:
-            raise ValueError(
-                f"{name} is {array.dtype} of shape {array.shape}; "
-                f"expected {part.dtype} of shape {part.shape}"
-            )
+    told = {name: f"{array.dtype} of shape {array.shape}" for name, array in found.items()}
+    known = {name: f"{dtype} of shape {shape}" for name, (dtype, shape) in parts.items()}
+    for name in sorted(told.keys() | known.keys()):
+        one, expected = told.get(name, "missing"), known.get(name, "no such array")
+        if one != expected:
+            raise ValueError(f"{name} is {one}; expected {expected}")
 
 
 def _ranges(model: BaseAlgorithm, capacity: int) -> dict[str, tuple[float, float]]:
@@ -359,7 +332,7 @@ def capture(model: BaseAlgorithm, adapter: TrainingRows) -> tuple[Arrays, dict[s
         Arrays and JSON values that `restore` takes.
     """
     weights, optimizers = parts_of(model)
-    streams, states = capture_random(streams_of(model))
+    streams, states = capture_random(_actions_of(model))
     buffer = getattr(model, "replay_buffer", None)
     arrays = {
         "weights": weights,
@@ -412,7 +385,12 @@ def restore(
     model._last_episode_starts = arrays["last_episode_starts"]
     for name, value in document["counters"].items():
         setattr(model, name, value)
-    restore_random(streams_of(model), under("random", arrays), document["random"])
+    restore_random(_actions_of(model), under("random", arrays), document["random"])
+
+
+def _actions_of(model: BaseAlgorithm) -> np.random.BitGenerator:
+    """The stream of the first, random actions and of DQN's exploration."""
+    return model.action_space.np_random.bit_generator
 
 
 def _restore_optimizer(optimizer: Optimizer, arrays: Arrays, rates: list[float]) -> None:

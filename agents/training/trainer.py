@@ -30,11 +30,12 @@ from ..config.entries import Config, config_to_dict
 from ..environments import make, part_for
 from ..storage.logs import flat, load_newest, save_newest, under, write_evaluations
 from ..storage.runs import Run, create_run, differences, manifest, open_run
+from ..storage.trackers import TRACKERS
 from .algorithms import build_model, check_fit, iterate
 from .recording import acting, save_policy, stronger
 from .rows import TrainingRows
 from .snapshots import capture, check, check_document, restore
-from .validation import Progress, Records, Spent, Stopwatch, Validation
+from .validation import Progress, Records, Stopwatch, Validation
 
 # Signals that ask a run to stop are answered between two updates.
 
@@ -168,21 +169,24 @@ def train(what: Config | Path, overwrite: bool = False, quiet: bool = False) -> 
         return train_in(run, quiet)
 
 
-def train_in(run: Run, quiet: bool = False) -> Session:
+def train_in(run: Run, quiet: bool = False, tracker: str | None = None) -> Session:
     """Train in a run folder, from where it is.
 
     Args:
         run: A run that this process has the lock of.
         quiet: No progress.
+        tracker: One of `TRACKERS` that gets the figures too.
 
     Raises:
         ConfigError: The config cannot be; a new run then leaves no folder behind.
         NonFiniteError: See `train`.
     """
     config, progress = run.config(), Progress(quiet)
+    asked, made = config.total_timesteps, config.steps_in_all
+    more = f" ({asked:,}, rounded up to whole updates)" if made > asked else ""
     progress.say(
-        f"{config.env_id}: {config.algo}, {config.total_timesteps:,} steps, then 500 unseen "
-        f"starts; writes to {run.folder}"
+        f"{config.env_id}: {config.algo}, {made:,} steps{more}, then 500 unseen starts; writes to "
+        f"{run.folder}"
     )
     try:
         venv = checked_environment(config)
@@ -196,6 +200,9 @@ def train_in(run: Run, quiet: bool = False) -> Session:
     with StopSignals() as signals:
         trainer = Trainer(run, config, progress)
         try:
+            if tracker is not None:
+                begun = TRACKERS[tracker](run.folder.name, config_to_dict(config))
+                trainer.model.logger.output_formats.append(begun)
             while not (trainer.is_complete() or signals.stopping()):
                 trainer.iterate()
                 if trainer.checkpoint_is_due():
@@ -245,8 +252,7 @@ class Trainer:
         self.model.set_logger(self._records.logger)
         if document:
             self._restore(arrays, document)
-        update = config.steps_per_update  # the last one is made in full
-        progress.start(-(-config.total_timesteps // update) * update, self.model.num_timesteps)
+        progress.start(config.steps_in_all, self.model.num_timesteps)
 
     def is_complete(self) -> bool:
         """Whether all steps are made."""
@@ -335,7 +341,7 @@ class Trainer:
         restore(self.model, self._adapter, arrays, document)
         held = under("validation", arrays)
         self._validation.found = {name: held[name] for name in self._validation.found}
-        self._iterations, self._clock = document["iterations"], Stopwatch(Spent(*document["spent"]))
+        self._iterations, self._clock = document["iterations"], Stopwatch(*document["spent"])
 
     def _figures(self) -> dict[str, Any]:
         episodes, successes = self.model.ep_info_buffer, self.model.ep_success_buffer

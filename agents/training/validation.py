@@ -1,7 +1,6 @@
 """What a training tells: validation, records, progress."""
 
 import json
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.logger import Logger
 
 from rigid_envs.scores.starts import ActionFunction, Episodes, play, row_seeds
-from rigid_envs.tools.cli.words import tell
+from rigid_envs.tools.cli.words import say, tell
 
 from ..config.entries import Config
 from ..environments import make
@@ -35,28 +34,22 @@ class Spent(NamedTuple):
     cpu_seconds: float
 
 
-_NOTHING = Spent(0.0, 0.0)
-
-
 class Stopwatch:
     """A clock that goes on from where an earlier session of a run stopped it."""
 
-    def __init__(self, before: Spent = _NOTHING) -> None:
+    def __init__(self, seconds: float = 0.0, cpu_seconds: float = 0.0) -> None:
         """Start it.
 
         Args:
-            before: Time spent in earlier sessions.
+            seconds: Time spent in earlier sessions, see `Spent`.
+            cpu_seconds: And that of processors.
         """
-        self._before, self._begin = before, _now()
+        self._wall = seconds - time.perf_counter()
+        self._processors = cpu_seconds - time.process_time()
 
     def spent(self) -> Spent:
         """Time spent so far."""
-        now = _now()
-        return Spent(*(b + n - a for b, n, a in zip(self._before, now, self._begin, strict=True)))
-
-
-def _now() -> Spent:
-    return Spent(time.perf_counter(), time.process_time())
+        return Spent(time.perf_counter() + self._wall, time.process_time() + self._processors)
 
 
 # Evaluations during training, on fixed held-out starts; they choose the best policy.
@@ -188,8 +181,7 @@ class Records:
         }
         self._last = (at.get("timesteps", 0), at.get("seconds", 0.0))
         purge = None if positions is None else at["timesteps"] + 1
-        self._tensorboard = TensorBoardLog(run / "tensorboard", purge)
-        self.logger = Logger(str(run.folder), [self._tensorboard])
+        self.logger = Logger(str(run.folder), [TensorBoardLog(run / "tensorboard", purge)])
 
     @staticmethod
     def check(run: Run, positions: Mapping[str, Any]) -> None:
@@ -247,7 +239,7 @@ class Records:
 
     def close(self) -> None:
         """Close the files."""
-        self._tensorboard.close()
+        self.logger.close()
         for csv in self._csv.values():
             csv.close()
 
@@ -305,8 +297,7 @@ class Progress:
     def say(self, line: str) -> None:
         """A line that stays."""
         if not self._quiet:
-            tell("")
-            print(line, file=sys.stderr, flush=True)
+            say(line)
 
     def close(self) -> None:
         """The training ends."""

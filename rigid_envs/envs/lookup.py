@@ -229,12 +229,23 @@ def checked_id(env_id: str) -> str:
     name = full_id(name)
     if name in ENVIRONMENTS:
         return name
-    known = {name.lower(): name for name in ENVIRONMENTS}
-    (near,) = difflib.get_close_matches(name.lower(), known, n=1, cutoff=0.0)
     raise UnknownIdError(
-        f"env_id = {env_id!r}; expected the id of an environment: did you mean {known[near]!r}? "
-        "`rigid-envs list` shows all of them, and with --allow-import MODULE those of a package"
+        f"env_id = {env_id!r}; expected the id of an environment: did you mean "
+        f"{nearest_id(name, ENVIRONMENTS)!r}? `rigid-envs list` shows all of them, and with "
+        "--allow-import MODULE those of a package"
     )
+
+
+def nearest_id(name: str, known: Iterable[str]) -> str:
+    """The id that a misspelt one is most like, in short or in full.
+
+    Args:
+        name: The misspelt id.
+        known: All ids.
+    """
+    back = reversed(list(known))  # of several with the same short form, the first one stays
+    forms = {form.lower(): env_id for env_id in back for form in _short_forms(env_id)}
+    return forms[difflib.get_close_matches(name.lower(), forms, n=1, cutoff=0.0)[0]]
 
 
 def id_in_file(env_id: Any) -> str:

@@ -152,10 +152,6 @@ def _costs(episodes: Episodes, _: Task) -> Array:
     return episodes.costs
 
 
-def _success(episodes: Episodes, _: Task) -> Array:
-    return episodes.successes.astype(np.float64)
-
-
 def _time(episodes: Episodes, task: Task) -> Array:
     """Time from which on success lasts, less the time for which it must hold; else the limit."""
     held = round(getattr(task, "hold", 0.0) / task.dt)
@@ -169,7 +165,7 @@ def _error(episodes: Episodes, task: Task) -> Array:
 
 
 _ALL = (
-    Metric("success", "rate of success", True, _success),
+    Metric("success", "rate of success", True, lambda e, _: e.successes.astype(np.float64)),
     Metric("return", "sum of rewards", True, lambda episodes, _: episodes.returns),
     Metric("time", "time [s] until success, to stay", False, _time, True),
     Metric("path", "distance rolled [m]", False, _costs, True),

@@ -177,39 +177,27 @@ def behaviour(env_id: str, policy: str, settings: Mapping[str, Any], seed: int =
     Raises:
         ConfigError: None of these; says what there is. Or settings that cannot be.
     """
-    if is_trained(policy):
-        return _trained(policy, settings)
-    if policy == "random":
-        stream = np.random.default_rng(row_seeds(seed, 1, "random policy"))
-        draw = policies.RandomPolicy(action_space(task_of(env_id, settings)), stream)
-        return Behaviour(
-            policies.from_predict(draw, policy),
-            dict(settings),
-            {"kind": "random", "name": "random"},
-        )
     known = ("reference", *policies.reference_controllers(env_id))
-    if policy not in known:
+    agent: Any
+    if is_trained(policy):
+        agent = load(file := path_of(policy))
+        kind, name, settings = "trained", agent.name, {**agent.env_kwargs, **settings}
+        keys = ("algo", "env_id", "seed", "timesteps")
+        more = {"sha256": file_digest(file), **{key: agent.document.get(key) for key in keys}}
+    elif policy == "random":
+        stream = np.random.default_rng(row_seeds(seed, 1, "random policy"))
+        agent = policies.RandomPolicy(action_space(task_of(env_id, settings)), stream)
+        kind, name, more = "random", "random", {}
+    elif policy in known:
+        agent = reference(env_id, None if policy == "reference" else policy, **settings)
+        kind, name, more = "reference", agent.name, {}
+    else:
         raise ConfigError(
             f"policy = {policy!r}; expected 'random', {', '.join(map(repr, known))}, the name of a "
             "published policy, or a file (.safetensors)"
         )
-    agent = reference(env_id, None if policy == "reference" else policy, **settings)
-    origin = {"kind": "reference", "name": agent.name}
-    return Behaviour(policies.from_predict(agent, agent.name), dict(settings), origin)
-
-
-def _trained(policy: str, settings: Mapping[str, Any]) -> Behaviour:
-    file = path_of(policy)
-    found = load(file)
-    origin = {
-        "kind": "trained",
-        "name": found.name,
-        "sha256": file_digest(file),
-        **{key: found.document.get(key) for key in ("algo", "env_id", "seed", "timesteps")},
-    }
-    return Behaviour(
-        policies.from_predict(found, found.name), {**found.env_kwargs, **settings}, origin
-    )
+    origin = {"kind": kind, "name": name, **more}
+    return Behaviour(policies.from_predict(agent, name), dict(settings), origin)
 
 
 # Data sets written: collected, described, and put in place as a whole.

@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
+import numpy as np
+
 from rigid_envs.base.files import markdown_table, write_atomic
 from rigid_envs.engine.provenance import provenance, versions
 from rigid_envs.envs.display import needed
@@ -17,6 +19,7 @@ from rigid_envs.systems import modules_of_all
 from rigid_envs.tools.motions import motion_of
 from rigid_envs.tools.pages.films import sources_hash
 from rigid_envs.watch import figures
+from rigid_envs.watch.pictures import tiled
 from rigid_envs.watch.replays.page import write_html
 
 if TYPE_CHECKING:
@@ -163,7 +166,7 @@ def _cells(number: Mapping[str, Any]) -> tuple[str, ...]:
 
 # Smaller pictures, and all on one sheet; Pillow comes with matplotlib.
 
-_COLUMNS, _WIDTH, _GAP = 4, 360, 14  # of the sheet [pixels]
+_WIDTH, _GAP = 360, 14  # of the sheet [pixels]
 _BACKGROUND = "#e3e7ec"
 
 
@@ -184,31 +187,19 @@ def palette_png(png: bytes, colors: int = 256) -> bytes:
 
 
 def contact_sheet(pngs: Sequence[bytes]) -> bytes:
-    """All pictures, small, in rows.
+    """All pictures, small, side by side.
 
     Args:
         pngs: pictures of one width.
     """
-    from PIL import Image
+    from PIL import Image, ImageOps
 
-    small = []
-    for png in pngs:
-        picture = Image.open(io.BytesIO(png)).convert("RGB")
-        size = (_WIDTH, round(_WIDTH * picture.height / picture.width))
-        small.append(picture.resize(size, Image.Resampling.LANCZOS))
-    rows = [small[k : k + _COLUMNS] for k in range(0, len(small), _COLUMNS)]
-    heights = [max(picture.height for picture in row) for row in rows]
-    width = _COLUMNS * (_WIDTH + _GAP) + _GAP
-    sheet = Image.new("RGB", (width, sum(heights) + _GAP * (len(rows) + 1)), _BACKGROUND)
-    top = _GAP
-    for row, height in zip(rows, heights, strict=True):
-        for k, picture in enumerate(row):
-            cell = Image.new("RGB", (_WIDTH, height), "white")
-            cell.paste(picture, (0, 0))
-            sheet.paste(cell, (_GAP + k * (_WIDTH + _GAP), top))
-        top += height + _GAP
+    large = [Image.open(io.BytesIO(png)).convert("RGB") for png in pngs]
+    size = _WIDTH, max(round(_WIDTH * each.height / each.width) for each in large)
+    small = [ImageOps.pad(each, size, Image.Resampling.LANCZOS, "white") for each in large]
+    framed = [np.asarray(ImageOps.expand(each, _GAP // 2, _BACKGROUND)) for each in small]
     buffer = io.BytesIO()
-    sheet.save(buffer, format="PNG")
+    Image.fromarray(tiled(framed)).save(buffer, format="PNG")
     return buffer.getvalue()
 
 

@@ -66,29 +66,6 @@ def _tops(cases: Mapping[str, tuple[float, float, float]], seconds: float) -> Re
     return _played(_TOP, starts, _idle(_TOP, seconds), config)
 
 
-def _flip() -> Replay:
-    return _bodies({"near e2": (0.01, 1.0, 0.01)}, 60.0)
-
-
-def _polhodes() -> Replay:
-    about = {
-        "about e1": (1.0, 0.1, 0.05),
-        "about e2": (0.03, 1.0, 0.03),
-        "about e3": (0.05, 0.1, 1.0),
-    }
-    return _bodies(about, 30.0)
-
-
-def _herpolhode() -> Replay:
-    return _bodies({"a polhode about e1": (0.75, 0.1, 0.56)}, 40.0)
-
-
-def _cones() -> Replay:
-    # the task asks for I1 < I2
-    frisbee = {"I1": 1.0, "I2": 1.0 + 1e-9, "I3": 2.0, "n_substeps": 2}
-    return _bodies({"frisbee": (0.2, 0.0, 1.0)}, 30.0, **frisbee)
-
-
 def _nutation() -> Replay:
     tilt, spin = math.radians(35.0), 6.0
     kinds = {"smooth": 0.22, "cusped": 0.0, "looping": -0.45}
@@ -108,11 +85,6 @@ def _sleeping() -> Replay:
     return _tops({f"{x:g} threshold": (0.01, 0.0, x * threshold) for x in shares}, 30.0)
 
 
-def _coin() -> Replay:
-    actions = np.tile((1.0, 0.4), (80, 1))
-    return _played(_COIN, {"constant rates": {}}, actions)
-
-
 def _disk() -> Replay:
     tilt = math.radians(25.0)  # of the disk from upright
     q = [math.cos(0.25 * math.pi + 0.5 * tilt), math.sin(0.25 * math.pi + 0.5 * tilt), 0.0, 0.0]
@@ -127,13 +99,13 @@ def _holonomy() -> Replay:
     return _played(_BALL, {"once round a circle": state}, actions)
 
 
-def _shortest() -> Replay:
+def _controlled(env_id: str) -> Replay:
+    """An episode of each reference controller, from the same start."""
     played = [
-        play_episode(from_controller(factory), _BALL, 3, label=name)
-        for name, factory in reference_controllers(_BALL).items()
+        play_episode(from_controller(factory), env_id, 3, label=name)
+        for name, factory in reference_controllers(env_id).items()
     ]
-    shown = tuple(each.captioned()[1] for each in played)
-    return Replay(_BALL, played[0].task, shown)
+    return Replay(env_id, played[0].task, tuple(each.captioned()[1] for each in played))
 
 
 def _brackets() -> Replay:
@@ -149,17 +121,22 @@ def _turntable() -> Replay:
     return _played(_TABLE, {"no force": state}, _idle(_TABLE, 24.0), config)
 
 
-def _pump() -> Replay:
-    name, factory = next(iter(reference_controllers(_PUMP).items()))
-    played = play_episode(from_controller(factory), _PUMP, 3, label=name)
-    return Replay(_PUMP, played.task, (played.captioned()[1],))
-
-
+_ABOUT = {"about e1": (1.0, 0.1, 0.05), "about e2": (0.03, 1.0, 0.03), "about e3": (0.05, 0.1, 1.0)}
+_FRISBEE = {"I1": 1.0, "I2": 1.0 + 1e-9, "I3": 2.0, "n_substeps": 2}  # the task asks for I1 < I2
 MOTIONS: Mapping[str, Callable[[], Replay]] = {
-    make.__name__.strip("_"): make
-    for make in (
-        *(_polhodes, _herpolhode, _cones, _flip, _nutation, _precession, _sleeping, _coin),
-        *(_disk, _holonomy, _shortest, _brackets, _turntable, _pump),
-    )
+    "polhodes": lambda: _bodies(_ABOUT, 30.0),
+    "herpolhode": lambda: _bodies({"a polhode about e1": (0.75, 0.1, 0.56)}, 40.0),
+    "cones": lambda: _bodies({"frisbee": (0.2, 0.0, 1.0)}, 30.0, **_FRISBEE),
+    "flip": lambda: _bodies({"near e2": (0.01, 1.0, 0.01)}, 60.0),
+    "nutation": _nutation,
+    "precession": _precession,
+    "sleeping": _sleeping,
+    "coin": lambda: _played(_COIN, {"constant rates": {}}, np.tile((1.0, 0.4), (80, 1))),
+    "disk": _disk,
+    "holonomy": _holonomy,
+    "shortest": lambda: _controlled(_BALL),
+    "brackets": _brackets,
+    "turntable": _turntable,
+    "pump": lambda: _controlled(_PUMP),
 }
 """Figures that move, by name; the others show a static law, or a system without an environment."""

@@ -60,6 +60,10 @@ REFUSED = [
     ("verify --json heavy_top", "heavy_top; expected a file: name subjects before --json"),
     ("verify --json no/laws.json", "--json = no/laws.json; expected a file in a folder that ex"),
     ("verify --fast", "argument = '--fast'; expected"),
+    ("--scors verify", "of those that --help lists: did you mean --scores?"),
+    ("evalute BallPark --policy zero", ": did you mean 'evaluate'?"),
+    ("verify --scors", "of those that --help lists: did you mean --scores?"),
+    ("play BallPark --sead 3 --help-keys", "argument 'sead'): did you mean --seed?"),
     ("verify --scores --json", "--json = -; expected only --scores, SUBJECT where scores"),
     ("verify --policies --json x.json", "--json = x.json; expected only --policies, --seed"),
     ("verify --policies BallPark --scores", "--scores = True; expected only --policies"),
@@ -200,6 +204,12 @@ def test_a_quick_command_says_nothing_and_a_cleared_line_neither(clock, capsys):
     clock[0] = 60.0
     progress.tell("")
     assert capsys.readouterr().err == ""
+
+
+def test_off_a_terminal_the_last_line_says_how_far_it_came(clock, capsys):
+    for clock[0], what in enumerate([*(f"{k} of 15" for k in range(16)), "", "1 of 2", ""]):
+        progress.tell(what)
+    assert capsys.readouterr().err == "10 of 15\n15 of 15\n"
 
 
 def test_on_a_terminal_it_is_one_line(clock, capsys, monkeypatch):

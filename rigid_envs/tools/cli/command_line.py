@@ -5,7 +5,6 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from rigid_envs import __version__
 from rigid_envs.base.checks import one_named
 from rigid_envs.base.files import write_atomic
 from rigid_envs.engine.provenance import provenance
@@ -32,20 +31,13 @@ def run(argv: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="rigid-envs",
-        description="Environments of rotating and rolling rigid bodies.",
-        allow_abbrev=False,
-    )
-    parser.add_argument("--version", action="version", version=f"%(prog)s {__version__}")
-    verbs = parser.add_subparsers(metavar="VERB", required=True)
-    for each in (
+    return words.parser_of(
+        "rigid-envs",
+        "Environments of rotating and rolling rigid bodies.",
         *(list_, describe_, collecting.compile_, watching.play_, docs_, bench_, verify_),
         *(scoring.evaluate_, scoring.best_, scoring.leaderboard_, collecting.dataset_),
         *(watching.frames_, watching.films_, watching.gallery_, watching.replay_),
-    ):
-        each.add(verbs)
-    return parser
+    )
 
 
 @words.verb(words.option("--json", action="store_true", help="print JSON instead of tables"))

@@ -1,11 +1,15 @@
 """Words of the command line: arguments, progress."""
 
+from __future__ import annotations
+
 import argparse
 import ast
+import difflib
 import importlib
 import inspect
 import logging
 import os
+import re
 import signal
 import sys
 import time
@@ -13,18 +17,22 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from gymnasium.error import DependencyNotInstalled
 
-from rigid_envs.base.checks import ConfigError, require, shown
+from rigid_envs import __version__
+from rigid_envs.base.checks import UnknownKeywordError, one_named, require, shown
 from rigid_envs.envs.lookup import checked_id
 
 # Progress of a command on the terminal.
 
 
 class _Pace:
-    """When a line is due where none can be written over: after 10 s, then ever more seldom."""
+    """Which lines are due where none can be written over.
+
+    One after 10 s, then ever more seldom; after one of them also the last that is told.
+    """
 
     _LEAST, _SHARE = 10.0, 0.1  # [s], and of the time since the beginning
 
@@ -33,12 +41,19 @@ class _Pace:
 
     def begin(self) -> None:
         self._begin = self._last = time.monotonic()
+        self._kept: str | None = None  # told since the last line; None where there was no line
 
-    def is_due(self) -> bool:
-        now = time.monotonic()
-        due = now - self._last >= max(self._LEAST, self._SHARE * (now - self._begin))
-        self._last = now if due else self._last
-        return due
+    def due(self, what: str) -> str:
+        """The line to print when this is told; empty for none."""
+        now, kept = time.monotonic(), self._kept
+        if not what:
+            self._kept = None
+            return kept or ""
+        if now - self._last >= max(self._LEAST, self._SHARE * (now - self._begin)):
+            self._last, self._kept = now, ""
+            return what
+        self._kept = None if kept is None else what
+        return ""
 
 
 _pace = _Pace()
@@ -48,8 +63,7 @@ class _Messages(logging.Handler):
     """Prints what is logged on the standard error of the moment, where progress stood."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        tell("")
-        print(f"rigid-envs: {record.getMessage()}", file=sys.stderr, flush=True)
+        say(f"rigid-envs: {record.getMessage()}")
 
 
 @contextmanager
@@ -70,20 +84,44 @@ def messages() -> Iterator[None]:
 def tell(what: str) -> None:
     """Show progress on standard error.
 
-    On a terminal it is one line, in place of the line before. Elsewhere it is a line now and then.
+    On a terminal it is one line, in place of the line before. Elsewhere it is a line now and then,
+    and in the end how far it has come.
 
     Args:
-        what: a few words; an empty text clears the line.
+        what: a few words; an empty text ends it, and clears the line.
     """
     if sys.stderr.isatty():
         print(f"\r\x1b[K{what}", end="", file=sys.stderr, flush=True)
-    elif what and _pace.is_due():
-        print(what, file=sys.stderr, flush=True)
+    elif line := _pace.due(what):
+        print(line, file=sys.stderr, flush=True)
 
 
-# Verbs: how they are added, called and answered for.
+def say(line: str, file: TextIO | None = None) -> None:
+    """Print a line that stays, in place of progress.
+
+    Args:
+        line: the line.
+        file: where to; None is standard error.
+    """
+    if sys.stderr.isatty():
+        tell("")
+    print(line, file=file or sys.stderr, flush=True)
+
+
+# Commands and their verbs: how they are added, called and answered for.
 
 _FAILURES: tuple[type[Exception], ...] = (DependencyNotInstalled, ImportError, OSError)
+
+
+def parser_of(prog: str, description: str, *verbs: Verb) -> argparse.ArgumentParser:
+    """The parser of a command, whose default `verbs` has the parser of each verb by its name."""
+    parser = argparse.ArgumentParser(prog=prog, description=description, allow_abbrev=False)
+    parser.add_argument("--version", action="version", version=f"rigid-envs {__version__}")
+    several = parser.add_subparsers(metavar="VERB", required=True)
+    for each in verbs:
+        each.add(several)
+    parser.set_defaults(verbs=several.choices)
+    return parser
 
 
 def answer(
@@ -95,7 +133,7 @@ def answer(
     """Do what the words of a command line say.
 
     Args:
-        parser: Of the command, with verbs of this module.
+        parser: Of the command, see `parser_of`.
         words: None takes those of the process.
         mistakes: Errors of the user, which are told in a line.
         failures: Other errors that are told in a line, beside those of files and missing packages.
@@ -103,9 +141,13 @@ def answer(
     Returns:
         Exit status: that of the verb; 1 for a failure, 2 for a mistake, 130 after Ctrl-C.
     """
-    options, rest = parser.parse_known_args(words)
-    options.rest, status = rest, 0
+    words, verbs = sys.argv[1:] if words is None else words, parser.get_default("verbs")
+    status = 0
     try:
+        if words and not words[0].startswith("-"):
+            one_named(words[0], verbs, "VERB")
+        options, rest = parser.parse_known_args(words)
+        options.rest = rest
         with messages():
             refuse([] if options.takes_rest else rest)
             for module in options.allow_import:
@@ -115,13 +157,26 @@ def answer(
     except BrokenPipeError:  # the reader, `head` perhaps, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except mistakes + failures + _FAILURES as error:
-        tell("")
-        print(f"{parser.prog.rpartition(' ')[2]}: {shown(str(error))}", file=sys.stderr)
+        text = shown(str(error))
+        if isinstance(error, OSError) and error.filename is not None:
+            text = shown(f"{error.filename}: {error.strerror}")
+        if isinstance(error, UnknownKeywordError) and "did you mean" not in text:
+            text += _nearest(options.rest, options.verb.format_help())
+        say(f"{parser.prog.rpartition(' ')[2]}: {text}")
         return 2 if isinstance(error, mistakes) else 1
     except KeyboardInterrupt:
         tell("")
         return 128 + signal.SIGINT
     return status
+
+
+def _nearest(rest: Sequence[str], told: str) -> str:
+    """Which option, of those that a help tells, the words that none took may mean; or nothing."""
+    known = re.findall(r"^ .*?(--[\w-]+)", told, re.MULTILINE)
+    for word in rest:
+        for near in difflib.get_close_matches(word.partition("=")[0], known, n=1, cutoff=0.7):
+            return f": did you mean {near}?"
+    return ""
 
 
 Act = Callable[[argparse.Namespace], int | None]
@@ -183,7 +238,7 @@ class Verb:
             usage=self.usage,
             allow_abbrev=False,
         )
-        parser.set_defaults(act=self.act, takes_rest=self.usage is not None)
+        parser.set_defaults(act=self.act, verb=parser, takes_rest=self.usage is not None)
         for each in (*self.options, _IMPORTS):
             each(parser)
 
@@ -207,10 +262,11 @@ def refuse(rest: list[str]) -> None:
     """Refuse words that no option took.
 
     Raises:
-        ConfigError: there is one.
+        UnknownKeywordError: there is one.
     """
     if rest:
-        raise ConfigError(f"argument = {rest[0]!r}; expected one of those that --help lists")
+        expected = "one of those that --help lists"
+        raise UnknownKeywordError(f"argument = {rest[0]!r}; expected {expected}")
 
 
 def config_of(words: list[str]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.envs.spaces import action_space, info_flags, observation_space
 from rigid_envs.scores.best import Best, best_known, limit_of
 from rigid_envs.scores.result import rates_of
-from rigid_envs.scores.starts import METRICS, Metric, cost_of
+from rigid_envs.scores.starts import METRICS, Cost, Metric, cost_of
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Rolling, Task
@@ -25,7 +25,6 @@ from rigid_envs.tasks.task import Rolling, Task
 
 WIDTH = 100
 _GAP = 2
-_NARROWEST = 8
 
 
 def line_width() -> int:
@@ -44,6 +43,8 @@ def table(
 ) -> str:
     """Aligned columns under a ruled header; cells that are too long are wrapped between words.
 
+    Where a line has no room for a word of each column, a row is one line for each cell instead.
+
     Args:
         header: Titles of the columns.
         rows: Cells, one sequence per row.
@@ -59,15 +60,22 @@ def table(
         for k in range(len(header))
     ]
     room = width - indent - _GAP * (len(header) - 1)
-    while sum(sizes) > room and max(sizes) > _NARROWEST:
-        # the widest column that can be wrapped between words, if there is one
-        k = max(range(len(header)), key=lambda k: (sizes[k] > words[k], sizes[k]))
-        sizes[k] -= 1
+    margin = " " * indent
+    if sum(words) > room:
+        label = max(map(len, header))
+        pair = label, width - indent - _GAP - label
+        parts = (
+            [line for each in zip(header, row, strict=True) for line in _lines(each, pair, "<<")]
+            for row in rows
+        )
+        return "\n\n".join("\n".join((margin + line).rstrip() for line in part) for part in parts)
+    while sum(sizes) > room:  # the widest column that can be wrapped between words
+        sizes[max(range(len(header)), key=lambda k: (sizes[k] > words[k], sizes[k]))] -= 1
     sides = align.ljust(len(header), "<")
     lines = [line for row in cells for line in _lines(row, sizes, sides)]
     n_header = len(_lines(cells[0], sizes, sides))
     lines.insert(n_header, (" " * _GAP).join("-" * size for size in sizes))
-    return "\n".join((" " * indent + line).rstrip() for line in lines)
+    return "\n".join((margin + line).rstrip() for line in lines)
 
 
 def paragraphs(text: str, indent: int = 2) -> str:
@@ -380,22 +388,14 @@ def reference_section(env_id: str, task: Task) -> list[str | Table]:
 
 def _table(task: Task, names: list[str], found: Best) -> Table:
     """One row for each policy."""
-    rows = [_row(policy, names, summary) for policy, summary in found.policies.items()]
-    header = ("Policy", "success", "95 %", "efficiency", "95 %",
-              *(_heading(task, name) for name in names))  # fmt: skip
+    rows = []
+    for policy, summary in found.policies.items():
+        success, *others = rates_of(summary)
+        metrics = (short_figure(summary["metrics"][name]) for name in names)
+        rows.append((policy, success.removesuffix(" %"), *others, *metrics))
+    titles = (Cost(name, METRICS[name].unit(task), 0.0).title for name in names)
+    header = ("Policy", "success", "95 %", "efficiency", "95 %", *titles)
     return Table(header, rows, "=" + ">" * (len(header) - 1))
-
-
-def _row(policy: str, names: list[str], summary: Mapping[str, Any]) -> tuple[str, ...]:
-    success, *others = rates_of(summary)
-    metrics = (short_figure(summary["metrics"][name]) for name in names)
-    return policy, success.removesuffix(" %"), *others, *metrics
-
-
-def _heading(task: Task, name: str) -> str:
-    """Name of a metric with its unit."""
-    unit = METRICS[name].unit(task)
-    return f"{name} [{unit}]" if unit else name
 
 
 def short_figure(value: float | None) -> str:

@@ -87,13 +87,17 @@ def test_evaluate_saves_replays_and_rows_of_the_leaderboard(finished, tmp_path, 
     assert "--save-replays: env_id = 'Drift-v0'" in capsys.readouterr().err
 
 
-def test_enjoy_prints_one_line_per_step(finished, capsys):
+def test_enjoy_prints_steps_if_asked(finished, capsys):
     folder, _ = finished
-    assert main(["enjoy", str(folder / "best_model"), *ENV[2:], "--seed", "3"]) == 0
-    head, names, *steps, end = capsys.readouterr().out.splitlines()
+    words = ["enjoy", str(folder / "best_model"), *ENV[2:], "--seed", "3"]
+    assert main([*words, "--table"]) == 0
+    head, names, _, *steps, end = capsys.readouterr().out.splitlines()
+    assert main(words) == 0
+    assert capsys.readouterr().out.splitlines() == [head, end]
     assert "seed 3" in head and "reward" in names and "cost" in names
     assert len(steps) == int(re.search(r"in (\d+) steps", end)[1])
-    assert {len(line) for line in steps if "is_success" not in line} == {len(names)}
+    width = len(names.removesuffix("  notes"))
+    assert {len(line) for line in steps if "is_success" not in line} == {width}
 
 
 def test_sigterm_says_how_to_go_on_and_that_works(tmp_path, monkeypatch, capsys):
@@ -156,12 +160,18 @@ def test_an_environment_is_trained_with_its_own_recipe(words, entries, capsys):
         ("train --gama 1", 2, r"config\.gama: unknown key; did you mean 'gamma'\?"),
         ("train --gamma 7", 2, r"config\.gamma: gamma = 7; expected a number in \[0, 1\]"),
         ("train --env_id os:system", 2, r"config\.env_id: "),
-        ("train --config nowhere.yaml", 1, "nowhere.yaml"),
+        ("train --env_id BallPrk", 2, r"did you mean 'RigidEnvs/BallPark-v0'\?$"),
+        ("trian", 2, r"VERB = 'trian'; expected one of train, .*: did you mean 'train'\?"),
+        ("train --sead 1", 2, r"config\.sead: unknown key; did you mean 'seed'\?"),
+        ("train --resum x", 2, r": did you mean --resume\?$"),
+        ("evaluate x --sead 1", 2, r"argument = '--sead'; .*: did you mean --seed\?$"),
+        ("train --config nowhere.yaml", 1, "agents: nowhere.yaml: No such file or directory$"),
         ("train --resume nowhere", 1, "nowhere: no run here"),
         ("train --resume x --seed 1", 2, r"leave out \['seed'\]"),
         ("train --run_name ../x", 2, r"config\.run_name: run_name = '\.\./x'; expected"),
         ("train --allow-import no_such_module", 1, "no_such_module"),
-        ("evaluate nowhere", 1, "nowhere"),
+        ("evaluate nowhere", 1, r"no policy here \(nowhere is not there\); expected a run"),
+        ("enjoy .", 1, r"\(policy\.safetensors is not there\); expected a run, or the folder or"),
         ("evaluate nowhere --episodes 0", 2, "--episodes = 0; expected an integer in"),
         ("enjoy x --fast", 2, "argument = '--fast'; expected one of those that --help lists"),
         ("benchmark --ids BalPark-v0", 2, r"config\.env_id: .*BallPark-v0"),

@@ -5,6 +5,7 @@ import dataclasses
 import hashlib
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -51,10 +52,11 @@ def place(folder, seed=0):
     return folder / "records" / "Drift-v0" / f"ppo_world_{seed}.json"
 
 
-def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path):
+def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path, capsys):
     # the first policy of the second one stays the best
     both = [training(tmp_path, n=50), training(tmp_path, "b", 50, seed=3, learning_rate=[0.0, 0.0])]
     assert sweep(*both) == 0
+    assert len(re.findall(r"\d+\.\d s, \d+\.\d s of processors\n", capsys.readouterr().out)) == 2
     for each, name in zip(both, "ab", strict=True):
         config = each.config
         record, run = read_record(place(tmp_path, config.seed)), tmp_path / "ppo" / name

@@ -16,7 +16,7 @@ from tensorboard.backend.event_processing.event_accumulator import EventAccumula
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.entries import config_from
-from agents.training.snapshots import Streams, capture_random, check_random, restore_random
+from agents.training.snapshots import capture_random, check_random, restore_random
 from agents.training.trainer import StopSignals, Trainer, train
 from rigid_envs.base.files import load_tensors
 from tests.agents.sessions import SAME, SMALL, assert_same_files, finish, start, wait_for
@@ -259,10 +259,6 @@ def test_a_run_that_goes_on_is_bitwise_the_one_that_never_stopped(tmp_path, vari
         assert_same(reference, run)
 
 
-def streams(actions):
-    return Streams(random, np.random, torch.default_generator, actions.bit_generator)
-
-
 def draws(actions):
     """Two numbers of each stream; the normal ones are drawn in pairs, of which one is kept."""
     return [
@@ -280,22 +276,22 @@ def test_every_stream_goes_on_where_it_was(odd):
         random.gauss(0, 1)
         np.random.standard_normal()  # noqa: NPY002
         actions.integers(5, dtype=np.uint32)
-    arrays, document = capture_random(streams(actions))
+    arrays, document = capture_random(actions.bit_generator)
     arrays = {name: array.copy() for name, array in arrays.items()}
     check_random(actions.bit_generator, arrays, document)
     expected = draws(actions)
     draws(actions)
-    restore_random(streams(actions), arrays, document)
+    restore_random(actions.bit_generator, arrays, document)
     assert draws(actions) == expected
 
 
 @pytest.mark.parametrize("kind", ["torch", "numpy", "python"])
 def test_what_is_no_state_is_refused_and_no_stream_changes(kind):
     actions = np.random.default_rng(3)
-    arrays, document = capture_random(streams(actions))
+    arrays, document = capture_random(actions.bit_generator)
     bad = {**arrays, kind: np.zeros_like(arrays[kind][:7])}
     refuses(r"random = .*expected states", check_random, actions.bit_generator, bad, document)
-    restored, again = capture_random(streams(actions))
+    restored, again = capture_random(actions.bit_generator)
     assert again == document
     for name, array in arrays.items():
         np.testing.assert_array_equal(restored[name], array)

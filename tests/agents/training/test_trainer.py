@@ -138,6 +138,15 @@ def test_threads_of_torch_are_as_said(tmp_path):
         torch.set_num_threads(1)
 
 
+@pytest.mark.parametrize(
+    ("steps", "told"), [(1024, "1,024 steps, then"), (600, "1,024 steps (600, rounded up to whole")]
+)
+def test_steps_that_are_rounded_up_are_told_before_the_training(tmp_path, capsys, steps, told):
+    assert train(small(tmp_path, total_timesteps=steps)).timesteps == 1024
+    first = capsys.readouterr().err.splitlines()[0]
+    assert first.startswith(f"Drift-v0: ppo, {told}")
+
+
 def test_leftovers_of_writes_are_swept_when_a_run_goes_on(tmp_path):
     run = trained(tmp_path, 2)
     leftover = run / "checkpoints" / ".000000000001536.safetensors.77.tmp"
@@ -150,7 +159,7 @@ def test_time_and_processor_time_of_all_sessions_are_added(monkeypatch):
     wall, processor = [100.0], [7.0]
     fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: processor[0])
     monkeypatch.setattr(validation, "time", fake)
-    running = Stopwatch(Spent(1000.0, 500.0))
+    running = Stopwatch(1000.0, 500.0)
     wall[0], processor[0] = 130.0, 9.0
     assert running.spent() == Spent(1030.0, 502.0)
 
