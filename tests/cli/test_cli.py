@@ -135,6 +135,8 @@ def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys, tmp_path):
     row = json.loads(said(capsys, *words, str(tmp_path / "row.json")))
     assert row == json.loads((tmp_path / "row.json").read_text())
     assert len(row["starts"]["success"]) == 5 and row["config"] == {"rotation": "quat"}
+    told, silent = said(capsys, *words[:6], "--out", str(tmp_path / "b")), said(capsys, *words[:6])
+    assert told == f"{silent}written to {tmp_path / 'b'}\n"
 
 
 def arguments_of(parser):

@@ -2,6 +2,8 @@
 
 import re
 import sys
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -130,6 +132,29 @@ def test_a_gif_alone_leaves_pictures_out_above_50_a_second(tmp_path, suffix, fps
     tick = 0.01 if suffix == ".gif" else 0.001  # [s], in which the format counts
     due = np.append(np.arange(0, 30, 30 // kept), 30) / fps
     assert np.allclose(read_animation(film.path)[1], due, rtol=0.0, atol=0.51 * tick)
+
+
+def test_no_picture_of_a_gif_is_shown_for_less_than_a_fiftieth_of_a_second(tmp_path):
+    film = write_film(tmp_path / "a.gif", moving_square(31), 100.0)  # the last one was alone
+    assert np.diff(read_animation(film.path)[1]) == pytest.approx(0.02)
+
+
+@pytest.mark.parametrize("written", [[], [b""]], ids=["no file", "an empty one"])
+def test_where_ffmpeg_writes_nothing_that_is_said(tmp_path, monkeypatch, written):
+    def writer(path, *_, **options):
+        for data in written:
+            Path(path).write_bytes(data)
+        while True:
+            yield
+
+    monkeypatch.setattr(films, "load_ffmpeg", lambda: SimpleNamespace(write_frames=writer))
+    with pytest.raises(OSError, match=r"a\.mp4: ffmpeg wrote nothing"):
+        write_film(tmp_path / "a.mp4", moving_square(2), FPS)
+
+
+def test_a_gif_has_no_more_colours_than_its_level(tmp_path):
+    shown = read_animation(write_film(tmp_path / "a.gif", noise(3), FPS).path)[0]
+    assert len(np.unique(np.reshape(shown, (-1, 3)), axis=0)) <= 256
 
 
 def test_each_level_of_quality_has_fewer_pixels_a_second_than_the_one_before():

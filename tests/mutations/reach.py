@@ -57,15 +57,15 @@ ROOMS = {
         ("scores/*.py",),
         (
             *("tests/scores", "tests/leaderboard", "tests/references"),
-            *("tests/policies", "tests/sb3/test_exporting.py"),
+            *("tests/policies", "tests/sb3/test_exporting.py", "tests/cli/test_mistakes.py"),
         ),
     ),
     "references": Room(
         ("systems/*/references.py",), ("tests/references", "tests/scores", "tests/control/planning")
     ),
-    "replays": Room(("watch/replays/*.py",), ("tests/replays",)),
-    "films": Room(("watch/films.py",), ("tests/films",)),
-    "datasets": Room(("tools/datasets.py",), ("tests/datasets",)),
+    "replays": Room(("watch/replays/*.py",), ("tests/replays", "tests/cli/test_mistakes.py")),
+    "films": Room(("watch/films.py",), ("tests/films", "tests/cli/test_mistakes.py")),
+    "datasets": Room(("tools/datasets.py",), ("tests/datasets", "tests/cli/test_mistakes.py")),
     "sb3": Room(("sb3/*.py",), ("tests/sb3",)),
     "cli": Room(
         ("tools/cli/*.py",),

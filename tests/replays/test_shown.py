@@ -210,6 +210,7 @@ def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense():
 def test_budget_limits_the_moments_but_keeps_all_steps(free):
     task, episode = free
     assert len(moments(task, episode, 1)) == len(episode) + 1
+    assert len(moments(task, episode, 3 * len(episode) - 1)) == 2 * len(episode) + 1
 
 
 def test_lines_stand_a_little_above_what_they_are_drawn_on(free, spun):
@@ -375,6 +376,9 @@ def test_times_and_frames_of_a_page_are_those_of_the_episode(ball):
     path = unpacked(page["blob"], part["position"]).reshape(-1, 3)
     at = np.searchsorted(times, episode.times - 1e-9)
     assert np.allclose(path[at, :2], episode.y[:, 4:6], atol=1e-6)
+    turns = unpacked(page["blob"], part["q"]).reshape(-1, 4)
+    assert rotations.distance(turns[at], episode.y[:, :4]).max() < 1e-6
+    assert unpacked(page["blob"], part["scale"]).tolist() == [1.0] * 3  # at all times
 
 
 def test_a_page_says_success_where_the_last_step_was_one(ball):

@@ -147,6 +147,16 @@ def test_the_bound_of_a_coin_is_the_way_or_the_roll_to_the_edge_of_the_tolerance
     np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-12)
 
 
+def test_the_bound_of_a_pushed_ball_is_that_of_its_mass_and_what_turns_with_it():
+    env_id = "RigidEnvs/BallParkDynamic-v0"
+    state = {"q": [1.0, 0.0, 0.0, 0.0], "position": (0.0, -3.0)}
+    envs = begun(env_id, 1, {"m": 3.0, "beta": 0.5}, seed=0, options={"state": state})
+    task = envs.task
+    length = 3.0 - task.position_tolerance
+    expected = least_time(length, task.force / 4.5, task.speed_tolerance)
+    np.testing.assert_allclose(limit_of(env_id, "time").values(envs), expected, rtol=1e-14)
+
+
 def test_the_bound_of_a_turn_is_reached_by_a_body_of_equal_moments_that_may_still_turn():
     """Full torque on all axes gives a = sqrt(3) torque / I, about the diagonal of the body."""
     env_id, moment = "RigidEnvs/Reorient-v0", 2.0
@@ -325,6 +335,7 @@ def test_an_episode_counts_as_in_an_evaluation(env_id, seed):
         over = terminated or truncated
     left = iter(actions)
     theirs = play(lambda _: np.array([next(left)]), make_rows(env_id, 1), [seed], record.error)
+    assert play(lambda _: actions[:1], make_rows(env_id, 1), [seed], limit=2).limit == 2
     ours = tally.episodes()
     for field in fields(ours):
         if field.name != "bounds":

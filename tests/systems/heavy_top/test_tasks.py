@@ -20,6 +20,7 @@ from rigid_envs.systems.heavy_top.controllers import (
 )
 from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.heavy_top.tasks.sleeping_top import SleepingTopRandom
+from rigid_envs.systems.heavy_top.tasks.top_precession import TopPrecession
 from tests.refusals import refuses
 from tests.systems.claims import assert_optimal, assert_within_limits_row_by_row
 from tests.systems.runs import bound, run
@@ -369,6 +370,20 @@ def test_limited_torque_brings_back_the_tilts_that_the_controller_says(spin):
 def test_linear_feedback_leads_into_steady_precession_from_every_start(branch):
     found = run("TopPrecession", bound(references.precession_regulator), branch=branch)
     assert found.success.mean() >= 0.99
+
+
+def test_the_regulator_of_precession_has_gains_for_all_tilts_and_spins_of_the_task(monkeypatch):
+    made = []
+    monkeypatch.setattr(
+        references.controllers, "PrecessionRegulator", lambda *_, **k: made.append(k)
+    )
+    for spreads in ((0.2, 0.1), (0.0, 0.0)):
+        task = TopPrecession(goal_tilt=0.6, goal_spread=spreads[0], start_spread=spreads[1])
+        references.precession_regulator(task)
+        (least, most), slowest = made[-1]["tilts"], task.system().critical_spin
+        np.testing.assert_allclose((least, most), (0.6, 0.6 + (spreads[0] or 1e-3)), rtol=1e-14)
+        fastest = slowest * (task.start_spin + (spreads[1] or 1e-3))
+        np.testing.assert_allclose(made[-1]["spins"], (slowest, fastest), rtol=1e-14)
 
 
 def test_every_drawn_top_can_be_caught_by_the_torque_there_is():

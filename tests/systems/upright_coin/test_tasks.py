@@ -63,6 +63,7 @@ def test_legs_are_taken_in_steps_of_the_largest_size_or_less():
     sizes = np.array([SIZES[1], SIZES[0], SIZES[1], SIZES[0], SIZES[1]])
     assert (np.sum(np.abs(plan.legs) / sizes, axis=1) <= plan.steps).all()
     assert (np.sum(np.abs(plan.legs) / sizes, axis=1) > plan.steps - 5).all()
+    assert PLANNER(COIN.state(q=COIN.attitude(0.0, -1.5), contact=[0.6, 0.0])).steps == 5  # whole
 
 
 def test_no_plan_is_shorter_than_distance_and_phase_ask_for():
@@ -81,13 +82,13 @@ def test_no_first_heading_and_no_number_of_turns_nearby_takes_fewer_steps_or_as_
     """
     # two more of which only a sum beyond the distance is good, and the phase is almost half a turn
     extreme = COIN.state(q=COIN.attitude(0.0, [3.05, -3.05]), contact=[[3.686, 0.0], [-3.686, 0.0]])
-    y = np.concatenate([poses(8, 30, 8.0), extreme])
+    y = np.concatenate([poses(44, 30, 8.0), extreme])
     plan = PLANNER(y)
     for k in range(32):
         D, phase, heading = y[k, 4:6] / COIN.radius, COIN.phase(y[k]), COIN.heading(y[k])
         sums = 2.0 * np.pi * np.arange(-15, 16) - phase
         distance = np.hypot(*D)
-        nearby = set()
+        nearby = {-phase}
         for target in (distance, -distance):
             nearby |= {sums[sums >= target].min(), sums[sums <= target].max()}
         for S in nearby:
