@@ -79,7 +79,7 @@ ROOMS = {
         ("envs/*.py",),
         (
             *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
-            *("tests/cli/test_cli.py", "rigid_envs/testing"),
+            *("tests/cli/test_cli.py", "tests/cli/test_mistakes.py", "rigid_envs/testing"),
         ),
     ),
     "ground": Room(
