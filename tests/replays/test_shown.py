@@ -58,6 +58,9 @@ def test_errors_are_those_of_the_definitions(free):
     found = conservation_errors(task.system(episode.parameters), episode.y)
     assert np.allclose(found["energy"], energy / energy[0] - 1.0, rtol=0.0, atol=1e-14)
     assert np.allclose(found["L"], L / L[0] - 1.0, rtol=0.0, atol=1e-14)
+    faster = episode.y * np.where(np.arange(len(episode.y))[:, None] == 1, [1] * 4 + [2] * 3, 1)
+    found = conservation_errors(task.system(episode.parameters), faster)
+    assert np.allclose(found["energy"][1], 0.75)  # of the largest
 
 
 @pytest.mark.parametrize(
@@ -120,6 +123,8 @@ def test_curves_show_what_they_are_called():
     path, y, _ = drawn("BallPark", "plan")
     assert path.title == "Path on the plane, from above"
     assert np.array_equal(path.values, y[:, 4:6])
+    units = [drawn(name, "action")[0].unit for name in ("BallPark", "BallGrid")]
+    assert units == ["of the largest", "choice"]
     assert drawn("PivotTop", "plan")[0].title == "Path of the pivot, from above"
     assert drawn("BallPark", "momentum")[0].title == "|q|\N{SUPERSCRIPT TWO} error"
 
