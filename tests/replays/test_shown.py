@@ -109,6 +109,9 @@ def test_curves_show_what_they_are_called():
     omega, y, _ = drawn("RollPump", "omega")
     assert (omega.title, omega.unit) == ("Velocity", "m/s")
     assert np.array_equal(omega.values, y[:, 1:])
+    omega, y, ball = drawn("BallPark", "omega")
+    rolled = 0.1 * ball.radius * omega.values[:, [1, 0]] * [1.0, -1.0]
+    assert np.allclose(rolled, np.diff(y[:, 4:6], axis=0), rtol=0.0, atol=1e-12)
     tilt, y, _ = drawn("SleepingTop", "tilt")
     assert (tilt.title, tilt.unit) == ("Tilt", "deg, from the vertical")
     upward = rotations.rotate(rotations.normalize(y[:, :4]), [0.0, 0.0, 1.0])[:, 2:]
