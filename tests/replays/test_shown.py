@@ -17,6 +17,7 @@ from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.watch.replays.page import (
     Packer,
+    _path,
     conservation_errors,
     curves,
     html,
@@ -126,6 +127,9 @@ def test_curves_show_what_they_are_called():
     path, y, _ = drawn("BallPark", "plan")
     assert path.title == "Path on the plane, from above"
     assert np.array_equal(path.values, y[:, 4:6])
+    assert len(_path(ball, y * [1.0, 1.0, 1.0, 1.0, 1.0, 0.0])) == 1  # along x
+    units = [drawn(name, "tilt")[0].unit for name in ("Reorient", "BallSteer", "AxisFlip")]
+    assert units == ["deg, from the goal", "deg, from the reference", "deg, of e\u2083 from L"]
     units = [drawn(name, "action")[0].unit for name in ("BallPark", "BallGrid")]
     assert units == ["of the largest", "choice"]
     assert drawn("PivotTop", "plan")[0].title == "Path of the pivot, from above"
