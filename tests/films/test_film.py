@@ -195,6 +195,7 @@ def test_the_least_size_that_a_refusal_names_is_enough(tmp_path, height, width):
 def test_a_colour_that_comes_in_the_end_alone_is_seen_in_a_gif(tmp_path):
     pictures = [np.full((8, 8, 3), (40, 80, 160), np.uint8) for _ in range(4)]
     pictures.append(np.full((8, 8, 3), (230, 160, 30), np.uint8))
+    pictures[-1][:, :4] = pictures[-1][:4] = (20, 120, 40)
     shown, _, _ = read_animation(write_film(tmp_path / "a.gif", pictures, FPS).path)
     for picture, due in zip((shown[0], shown[-1]), (pictures[0], pictures[-1]), strict=True):
         assert np.abs(picture.astype(int) - due.astype(int)).max() < 6

@@ -163,8 +163,8 @@ class Reach:
     def tests_of(self, change):
         """Tests that reach a change, the quickest first.
 
-        What runs at an import belongs to all tests that reach its file, or to all there are if
-        none does.
+        What runs at an import, or compiled, which is not measured, belongs to all tests that reach
+        its file; at an import to all there are if none does.
         """
         found = self._of(change) & set(self.seconds)
         return self._quickest(found if found or change.in_body else self.seconds)
@@ -194,8 +194,8 @@ class Reach:
         """Tests, and files of tests, that reach a change."""
         by_line = self._reached.get(change.file, {})
         first, last = change.lines
-        lines = [k for k in by_line if not change.in_body or first <= k <= last]
-        return set().union(*(by_line[k] for k in lines))
+        lines = [k for k in by_line if change.in_body and first <= k <= last]
+        return set().union(*(by_line[k] for k in lines or by_line))
 
     def _quickest(self, tests):
         """The tests in the order of their time, but some cases of each before all others."""

@@ -364,6 +364,11 @@ def test_a_trace_is_what_it_passed_or_whole_from_the_beginning(body):
     packer = Packer()
     traces = packer.stage(panel)["traces"]
     assert [trace["whole"] for trace in traces] == [True, False]
+    first, *others = panel.frames  # a part that is left out has no pose
+    part = packer.stage(replace(panel, frames=[replace(first, poses={}), *others]))["parts"][0]
+    for name in ("position", "q", "scale"):
+        rows = unpacked(packer.blob(), part[name]).reshape(len(path), -1)
+        assert np.flatnonzero(np.isnan(rows).any(axis=1)).tolist() == [0]
     expected = (panel.whole["separatrices"], [frame.points["polhode"] for frame in panel.frames])
     for trace, points in zip(traces, expected, strict=True):
         found = unpacked(packer.blob(), trace["points"]).reshape(-1, 3)
@@ -384,6 +389,7 @@ def test_times_and_frames_of_a_page_are_those_of_the_episode(ball):
     for (_, said, *_), cost in zip(found["text"][1:], episode.costs, strict=True):
         assert said.startswith(f"cost {cost:.3g} m")
     (part,) = (each for each in found["stage"]["parts"] if each["name"] == "ball")
+    assert found["stage"]["floor"]["size"] > 0.0
     times = unpacked(page["blob"], found["stage"]["times"])
     path = unpacked(page["blob"], part["position"]).reshape(-1, 3)
     at = np.searchsorted(times, episode.times - 1e-9)
