@@ -141,6 +141,7 @@ def test_attitudes_between_steps_have_unit_length(env_id):
 def test_a_caption_says_who_and_how_well():
     assert played(PARK).captioned()[1].label.startswith("shortest_path: path ")
     assert played(PARK).captioned()[1].label.endswith(" m")
+    assert played(PARK).value == pytest.approx(played(PARK).episode.costs.sum())
     assert played(PARK, "zero").captioned()[1].label == "zero: no success"
     roll = "RigidEnvs/DiskRoll-v0"
     assert films.figure(roll, played(roll, "zero").task, 0.25) == "error 0.25"  # without a unit

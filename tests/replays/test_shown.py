@@ -365,7 +365,9 @@ def test_a_trace_is_what_it_passed_or_whole_from_the_beginning(body):
     traces = packer.stage(panel)["traces"]
     assert [trace["whole"] for trace in traces] == [True, False]
     first, *others = panel.frames  # a part that is left out has no pose
-    part = packer.stage(replace(panel, frames=[replace(first, poses={}), *others]))["parts"][0]
+    part = packer.stage(replace(panel, frames=[replace(first, poses={}, points={}), *others]))[
+        "parts"
+    ][0]
     for name in ("position", "q", "scale"):
         rows = unpacked(packer.blob(), part[name]).reshape(len(path), -1)
         assert np.flatnonzero(np.isnan(rows).any(axis=1)).tolist() == [0]
@@ -390,6 +392,7 @@ def test_times_and_frames_of_a_page_are_those_of_the_episode(ball):
         assert said.startswith(f"cost {cost:.3g} m")
     (part,) = (each for each in found["stage"]["parts"] if each["name"] == "ball")
     assert found["stage"]["floor"]["size"] > 0.0
+    assert unpacked(page["blob"], page["meshes"][part["mesh"]]["vertices"]).any()
     times = unpacked(page["blob"], found["stage"]["times"])
     path = unpacked(page["blob"], part["position"]).reshape(-1, 3)
     at = np.searchsorted(times, episode.times - 1e-9)
