@@ -61,7 +61,11 @@ ROOMS = {
         ),
     ),
     "references": Room(
-        ("systems/*/references.py",), ("tests/references", "tests/scores", "tests/control/planning")
+        ("systems/*/references.py",),
+        (
+            *("tests/references", "tests/scores", "tests/control/planning"),
+            "tests/systems/*/test_tasks.py",
+        ),
     ),
     "replays": Room(("watch/replays/*.py",), ("tests/replays", "tests/cli/test_mistakes.py")),
     "films": Room(("watch/films.py",), ("tests/films", "tests/cli/test_mistakes.py")),
