@@ -161,8 +161,7 @@ def test_the_bound_of_a_pushed_ball_is_that_of_its_mass_and_what_turns_with_it()
     state = {"q": [1.0, 0.0, 0.0, 0.0], "position": (0.0, -3.0)}
     envs = begun(env_id, 1, {"m": 3.0, "beta": 0.5}, seed=0, options={"state": state})
     task = envs.task
-    length = 3.0 - task.position_tolerance
-    expected = least_time(length, task.force / 4.5, task.speed_tolerance)
+    expected = least_time(3.0 - task.position_tolerance, task.force / 4.5, task.speed_tolerance)
     np.testing.assert_allclose(limit_of(env_id, "time").values(envs), expected, rtol=1e-14)
 
 
