@@ -45,6 +45,7 @@ def test_bounds_are_those_of_the_name():
         assert (
             refusal(checks.integer, bad, "n", 2) == f"n = {bad}; expected an integer of at least 2"
         )
+    assert refusal(checks.integer, 2**53, "n", 2).endswith("at least 2, and below 2^53")
     for bad in (0.0, 1.0, [0.5, 1.5]):
         refusal(checks.between, bad, "x", 0.0, 1.0)
     refuses(r"^b = -1.0; expected", checks.all_positive, a=1.0, b=-1.0)

@@ -18,6 +18,7 @@ ARRAYS = {
     "mask": np.array([True, False]),
     "empty": np.zeros((0, 3)),
     "bytes": np.arange(5, dtype=np.uint8),
+    **{kind: np.arange(3).astype(kind) for kind in np.typecodes["AllInteger"] + "efd"},
 }
 DOCUMENT = {"step": 3, "big": 2**200, "third": 1 / 3, "list": [None, True, "é"]}
 

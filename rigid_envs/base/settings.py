@@ -239,13 +239,12 @@ class Settings:
     A subclass that overrides a default, ``radius: float = 2.0``, keeps the rule of the field.
     """
 
-    def __init_subclass__(cls, **keywords: Any) -> None:
+    def __init_subclass__(cls) -> None:
         """Give every field its rule.
 
         Raises:
             TypeError: A field has none.
         """
-        super().__init_subclass__(**keywords)
         rules = _inherited(cls)
         own = inspect.get_annotations(cls)
         for name in rules.keys() & vars(cls).keys() - own.keys():

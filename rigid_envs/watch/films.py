@@ -96,9 +96,8 @@ def _encoded(kept: Sequence[Image], fps: float, level: _Level, suffix: str) -> _
     chosen = kept[::stride]
     height, width, _ = chosen[0].shape
     size = (max(1, round(width * level.scale)), max(1, round(height * level.scale)))
-    frames = [pictures.fromarray(picture) for picture in chosen]
-    if level.scale < 1.0:
-        frames = [frame.resize(size, pictures.Resampling.LANCZOS) for frame in frames]
+    shrink = pictures.Resampling.LANCZOS
+    frames = [pictures.fromarray(picture).resize(size, shrink) for picture in chosen]
     tick = 10 if suffix == ".gif" else 1  # [ms]
     times = _durations(len(kept), len(frames), stride, fps, tick)
     options: dict[str, Any] = {"quality": level.quality, "method": 4, "kmin": 9, "kmax": 60}
@@ -113,10 +112,10 @@ def _encoded(kept: Sequence[Image], fps: float, level: _Level, suffix: str) -> _
 
 
 def _durations(n: int, n_kept: int, stride: int, fps: float, tick: int) -> list[int]:
-    """Times [ms] of the pictures that are kept, in whole ticks, whose sums do not drift."""
+    """Times [ms] of the pictures that are kept, in two whole ticks or more, without a drift."""
     ends = [min((k + 1) * stride, n) for k in range(n_kept)]
     marks = [0, *(round(1000.0 * end / fps / tick) for end in ends)]
-    return [tick * max(1, marks[k + 1] - marks[k]) for k in range(n_kept)]
+    return [tick * max(2, marks[k + 1] - marks[k]) for k in range(n_kept)]
 
 
 def _palette(frames: Sequence[Any], colors: int) -> Any:
@@ -174,9 +173,10 @@ def write_mp4(path: Path, pictures: Iterator[Image], fps: float) -> tuple[int, i
             for picture in chain([first], even):
                 writer.send(picture)
                 n += 1
-        if not draft.is_file() or not draft.stat().st_size:
+        data = draft.read_bytes() if draft.is_file() else b""
+        if not data:
             raise OSError(f"{path}: ffmpeg wrote nothing; it says why above")
-        write_atomic(path, draft.read_bytes())
+        write_atomic(path, data)
     return width, height, fps, n
 
 
@@ -267,8 +267,7 @@ def play_episode(
 def figure(env_id: str, task: Task, value: float) -> str:
     """A value of the first metric of an id, its cost, in words: ``path 8.31 m``."""
     metric = metrics_of(env_id)[0]
-    unit = metric.unit(task)
-    return f"{metric.name} {value:.3g}" + (f" {unit}" if unit else "")
+    return f"{metric.name} {value:.3g} {metric.unit(task)}".rstrip()
 
 
 # Pictures of several episodes side by side, each under its label.

@@ -16,8 +16,9 @@ import gymnasium
 import pytest
 from gymnasium import spaces
 
-from rigid_envs.envs.lookup import compile_all, kernels_of, one_of_each
+from rigid_envs.envs.lookup import _compile, compile_all, kernels_of, one_of_each
 from rigid_envs.envs.spaces import info_keys
+from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.command_line import _parser
@@ -135,6 +136,8 @@ def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys, tmp_path):
     row = json.loads(said(capsys, *words, str(tmp_path / "row.json")))
     assert row == json.loads((tmp_path / "row.json").read_text())
     assert len(row["starts"]["success"]) == 5 and row["config"] == {"rotation": "quat"}
+    told, silent = said(capsys, *words[:6], "--out", str(tmp_path / "b")), said(capsys, *words[:6])
+    assert told == f"{silent}written to {tmp_path / 'b'}\n"
 
 
 def arguments_of(parser):
@@ -279,6 +282,15 @@ def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels
     found = [str(kernel) for kernel, _ in compile_all(kernels, jobs)]
     assert sorted(found) == sorted(map(str, kernels))
     assert asked == [started]
+
+
+def test_each_kernel_is_compiled_by_using_it(monkeypatch):
+    used, kernels = [], kernels_of("BallParkGoal", {"frame": "world"})
+    task_type = type(task_of("RigidEnvs/BallParkGoal-v0"))
+    for kind, name in ((Core, "step"), (Core, "reset"), (task_type, "goal_reward")):
+        monkeypatch.setattr(kind, name, lambda *_, name=name: used.append(name))
+    assert all(isinstance(_compile(kernel), bool) for kernel in kernels)
+    assert used == ["step", "reset", "goal_reward"]
 
 
 def test_what_was_compiled_and_what_was_there_is_told(monkeypatch, capsys):

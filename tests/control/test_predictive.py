@@ -110,6 +110,8 @@ def test_choices_are_drawn_as_the_plan_says():
     drawn = planner.sample(plan, planner.draw(np.random.default_rng(0)))[..., 0]
     share = np.stack([np.bincount(row, minlength=3) for row in drawn]) / 40_000
     np.testing.assert_allclose(share, plan, atol=5 * 0.5 / 200)  # 5 standard errors at most
+    least = planner.sample(plan, np.zeros((2, 1)))  # nor is one without probability
+    np.testing.assert_array_equal(least.ravel(), [0, 2])
 
 
 def test_choices_find_a_hidden_sequence():

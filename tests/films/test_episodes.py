@@ -86,6 +86,7 @@ def test_pictures_of_two_episodes_are_side_by_side_under_their_labels():
 def test_no_labels_take_no_room_and_long_ones_are_cut():
     picture = np.zeros((96, 96, 3), np.uint8)
     assert films.labelled([picture], [""]).shape == (96, 96, 3)
+    assert films.labelled([picture] * 2, ["", "x"]).shape[0] > 96
     one, other = (films.labelled([picture], [text]) for text in ("x" * 100, "x" * 200))
     assert np.array_equal(one, other)
     short, none = (films.labelled([picture], [text])[: len(one) - 96] for text in ("x", " "))
@@ -140,7 +141,10 @@ def test_attitudes_between_steps_have_unit_length(env_id):
 def test_a_caption_says_who_and_how_well():
     assert played(PARK).captioned()[1].label.startswith("shortest_path: path ")
     assert played(PARK).captioned()[1].label.endswith(" m")
+    assert played(PARK).value == pytest.approx(played(PARK).episode.costs.sum())
     assert played(PARK, "zero").captioned()[1].label == "zero: no success"
+    roll = "RigidEnvs/DiskRoll-v0"
+    assert films.figure(roll, played(roll, "zero").task, 0.25) == "error 0.25"  # without a unit
 
 
 def test_episodes_of_several_tasks_share_a_film():

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -132,6 +133,26 @@ def test_a_gif_alone_leaves_pictures_out_above_50_a_second(tmp_path, suffix, fps
     assert np.allclose(read_animation(film.path)[1], due, rtol=0.0, atol=0.51 * tick)
 
 
+def test_no_picture_of_a_gif_is_shown_for_less_than_a_fiftieth_of_a_second(tmp_path):
+    film = write_film(tmp_path / "a.gif", moving_square(31), 100.0)  # the last one was alone
+    assert np.diff(read_animation(film.path)[1]) == pytest.approx(0.02)
+
+
+def test_where_ffmpeg_writes_nothing_that_is_said(tmp_path, monkeypatch):
+    def writer(*_, **options):
+        while True:
+            yield
+
+    monkeypatch.setattr(films, "load_ffmpeg", lambda: SimpleNamespace(write_frames=writer))
+    with pytest.raises(OSError, match=r"a\.mp4: ffmpeg wrote nothing"):
+        write_film(tmp_path / "a.mp4", moving_square(2), FPS)
+
+
+def test_a_gif_has_no_more_colours_than_its_level(tmp_path):
+    shown = read_animation(write_film(tmp_path / "a.gif", noise(3), FPS).path)[0]
+    assert len(np.unique(np.reshape(shown, (-1, 3)), axis=0)) <= 256
+
+
 def test_each_level_of_quality_has_fewer_pixels_a_second_than_the_one_before():
     sizes = [level.scale**2 * level.fps for level in films._LEVELS]
     assert sizes == sorted(set(sizes), reverse=True)  # it is searched by bisection
@@ -174,6 +195,7 @@ def test_the_least_size_that_a_refusal_names_is_enough(tmp_path, height, width):
 def test_a_colour_that_comes_in_the_end_alone_is_seen_in_a_gif(tmp_path):
     pictures = [np.full((8, 8, 3), (40, 80, 160), np.uint8) for _ in range(4)]
     pictures.append(np.full((8, 8, 3), (230, 160, 30), np.uint8))
+    pictures[-1][:, :4] = pictures[-1][:4] = (20, 120, 40)
     shown, _, _ = read_animation(write_film(tmp_path / "a.gif", pictures, FPS).path)
     for picture, due in zip((shown[0], shown[-1]), (pictures[0], pictures[-1]), strict=True):
         assert np.abs(picture.astype(int) - due.astype(int)).max() < 6

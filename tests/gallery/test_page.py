@@ -69,7 +69,7 @@ def test_list_names_every_figure_and_imports_no_matplotlib():
 def test_command_writes_pictures_and_data(tmp_path, capsys):
     folder = tmp_path / "new" / "figures"
     assert main(["gallery", "race", "chandler", "--out", str(folder)]) == 0
-    assert "written to" in capsys.readouterr().out
+    assert capsys.readouterr().out.endswith(f"\n\nwritten to {folder}\n")
     assert {path.name for path in folder.iterdir()} == {
         *("race.png", "race.svg", "chandler.png", "chandler.svg"),
         DATA,
@@ -145,6 +145,8 @@ def test_a_missing_a_changed_and_an_old_film_are_noticed(tmp_path):
     (tmp_path / film_of(ids[2])).write_bytes(b"RIFF")
     (tmp_path / film_of(ids[3])).unlink()
     assert set(stale_films(tmp_path, ids)) == set(ids[1:])
+    assert main(["films", str(tmp_path), "--check", "--ids", *ids[:2]]) == 1
+    assert main(["films", str(tmp_path), "--check", "--ids", ids[0]]) == 0
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"films": {"a": {"file": 3}}}', "[" * 10**5])

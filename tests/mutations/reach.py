@@ -57,15 +57,19 @@ ROOMS = {
         ("scores/*.py",),
         (
             *("tests/scores", "tests/leaderboard", "tests/references"),
-            *("tests/policies", "tests/sb3/test_exporting.py"),
+            *("tests/policies", "tests/sb3/test_exporting.py", "tests/cli/test_mistakes.py"),
         ),
     ),
     "references": Room(
-        ("systems/*/references.py",), ("tests/references", "tests/scores", "tests/control/planning")
+        ("systems/*/references.py",),
+        (
+            *("tests/references", "tests/scores", "tests/control/planning"),
+            "tests/systems/*/test_tasks.py",
+        ),
     ),
-    "replays": Room(("watch/replays/*.py",), ("tests/replays",)),
-    "films": Room(("watch/films.py",), ("tests/films",)),
-    "datasets": Room(("tools/datasets.py",), ("tests/datasets",)),
+    "replays": Room(("watch/replays/*.py",), ("tests/replays", "tests/cli/test_mistakes.py")),
+    "films": Room(("watch/films.py",), ("tests/films", "tests/cli/test_mistakes.py")),
+    "datasets": Room(("tools/datasets.py",), ("tests/datasets", "tests/cli/test_mistakes.py")),
     "sb3": Room(("sb3/*.py",), ("tests/sb3",)),
     "cli": Room(
         ("tools/cli/*.py",),
@@ -79,7 +83,7 @@ ROOMS = {
         ("envs/*.py",),
         (
             *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
-            *("tests/cli/test_cli.py", "rigid_envs/testing"),
+            *("tests/cli/test_cli.py", "tests/cli/test_mistakes.py", "rigid_envs/testing"),
         ),
     ),
     "ground": Room(
@@ -163,8 +167,8 @@ class Reach:
     def tests_of(self, change):
         """Tests that reach a change, the quickest first.
 
-        What runs at an import belongs to all tests that reach its file, or to all there are if
-        none does.
+        What runs at an import, or compiled, which is not measured, belongs to all tests that reach
+        its file; at an import to all there are if none does.
         """
         found = self._of(change) & set(self.seconds)
         return self._quickest(found if found or change.in_body else self.seconds)
@@ -194,8 +198,8 @@ class Reach:
         """Tests, and files of tests, that reach a change."""
         by_line = self._reached.get(change.file, {})
         first, last = change.lines
-        lines = [k for k in by_line if not change.in_body or first <= k <= last]
-        return set().union(*(by_line[k] for k in lines))
+        lines = [k for k in by_line if change.in_body and first <= k <= last]
+        return set().union(*(by_line[k] for k in lines or by_line))
 
     def _quickest(self, tests):
         """The tests in the order of their time, but some cases of each before all others."""

@@ -4,6 +4,7 @@ import contextlib
 import io
 import json
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -227,6 +228,10 @@ def test_a_label_that_could_not_be_read_again_is_refused_before_anything_is_play
     refuses(r"^label = ", RecordReplay, gym.make("RigidEnvs/Detumble-v0"), label=label)
     with pytest.raises(ValueError, match=r"^label = "):
         RecordRows(gym.make_vec("RigidEnvs/Detumble-v0", num_envs=2), label=label)
+
+
+def test_a_provenance_that_could_not_be_read_again_is_refused_before_it_is_written(file):
+    refuses("^provenance = .*can be printed", replace, load_replay(file), provenance={"a": "\n"})
 
 
 def test_a_missing_file_is_a_missing_file(tmp_path):

@@ -17,6 +17,7 @@ from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.watch.replays.page import (
     Packer,
+    _path,
     conservation_errors,
     curves,
     html,
@@ -58,6 +59,9 @@ def test_errors_are_those_of_the_definitions(free):
     found = conservation_errors(task.system(episode.parameters), episode.y)
     assert np.allclose(found["energy"], energy / energy[0] - 1.0, rtol=0.0, atol=1e-14)
     assert np.allclose(found["L"], L / L[0] - 1.0, rtol=0.0, atol=1e-14)
+    faster = episode.y * np.where(np.arange(len(episode.y))[:, None] == 1, [1] * 4 + [2] * 3, 1)
+    found = conservation_errors(task.system(episode.parameters), faster)
+    assert np.allclose(found["energy"][1], 0.75)  # of the largest
 
 
 @pytest.mark.parametrize(
@@ -106,6 +110,9 @@ def test_curves_show_what_they_are_called():
     omega, y, _ = drawn("RollPump", "omega")
     assert (omega.title, omega.unit) == ("Velocity", "m/s")
     assert np.array_equal(omega.values, y[:, 1:])
+    omega, y, ball = drawn("BallPark", "omega")
+    rolled = 0.1 * ball.radius * omega.values[:, [1, 0]] * [1.0, -1.0]
+    assert np.allclose(rolled, np.diff(y[:, 4:6], axis=0), rtol=0.0, atol=1e-12)
     tilt, y, _ = drawn("SleepingTop", "tilt")
     assert (tilt.title, tilt.unit) == ("Tilt", "deg, from the vertical")
     upward = rotations.rotate(rotations.normalize(y[:, :4]), [0.0, 0.0, 1.0])[:, 2:]
@@ -120,6 +127,11 @@ def test_curves_show_what_they_are_called():
     path, y, _ = drawn("BallPark", "plan")
     assert path.title == "Path on the plane, from above"
     assert np.array_equal(path.values, y[:, 4:6])
+    assert len(_path(ball, y * [1.0, 1.0, 1.0, 1.0, 1.0, 0.0])) == 1  # along x
+    units = [drawn(name, "tilt")[0].unit for name in ("Reorient", "BallSteer", "AxisFlip")]
+    assert units == ["deg, from the goal", "deg, from the reference", "deg, of e\u2083 from L"]
+    units = [drawn(name, "action")[0].unit for name in ("BallPark", "BallGrid")]
+    assert units == ["of the largest", "choice"]
     assert drawn("PivotTop", "plan")[0].title == "Path of the pivot, from above"
     assert drawn("BallPark", "momentum")[0].title == "|q|\N{SUPERSCRIPT TWO} error"
 
@@ -210,6 +222,7 @@ def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense():
 def test_budget_limits_the_moments_but_keeps_all_steps(free):
     task, episode = free
     assert len(moments(task, episode, 1)) == len(episode) + 1
+    assert len(moments(task, episode, 3 * len(episode) - 1)) == 2 * len(episode) + 1
 
 
 def test_lines_stand_a_little_above_what_they_are_drawn_on(free, spun):
@@ -351,6 +364,13 @@ def test_a_trace_is_what_it_passed_or_whole_from_the_beginning(body):
     packer = Packer()
     traces = packer.stage(panel)["traces"]
     assert [trace["whole"] for trace in traces] == [True, False]
+    first, *others = panel.frames  # a part that is left out has no pose
+    part = packer.stage(replace(panel, frames=[replace(first, poses={}, points={}), *others]))[
+        "parts"
+    ][0]
+    for name in ("position", "q", "scale"):
+        rows = unpacked(packer.blob(), part[name]).reshape(len(path), -1)
+        assert np.flatnonzero(np.isnan(rows).any(axis=1)).tolist() == [0]
     expected = (panel.whole["separatrices"], [frame.points["polhode"] for frame in panel.frames])
     for trace, points in zip(traces, expected, strict=True):
         found = unpacked(packer.blob(), trace["points"]).reshape(-1, 3)
@@ -371,10 +391,15 @@ def test_times_and_frames_of_a_page_are_those_of_the_episode(ball):
     for (_, said, *_), cost in zip(found["text"][1:], episode.costs, strict=True):
         assert said.startswith(f"cost {cost:.3g} m")
     (part,) = (each for each in found["stage"]["parts"] if each["name"] == "ball")
+    assert found["stage"]["floor"]["size"] > 0.0
+    assert unpacked(page["blob"], page["meshes"][part["mesh"]]["vertices"]).any()
     times = unpacked(page["blob"], found["stage"]["times"])
     path = unpacked(page["blob"], part["position"]).reshape(-1, 3)
     at = np.searchsorted(times, episode.times - 1e-9)
     assert np.allclose(path[at, :2], episode.y[:, 4:6], atol=1e-6)
+    turns = unpacked(page["blob"], part["q"]).reshape(-1, 4)
+    assert rotations.distance(turns[at], episode.y[:, :4]).max() < 1e-6
+    assert unpacked(page["blob"], part["scale"]).tolist() == [1.0] * 3  # at all times
 
 
 def test_a_page_says_success_where_the_last_step_was_one(ball):

@@ -191,6 +191,19 @@ def test_where_attitudes_are_is_told_of_the_extractor_that_turns_them_into_rotat
         assert network_of(model).attitudes == told
 
 
+def test_the_rotations_from_one_attitude_to_another_stand_behind_all_that_is_observed():
+    venv = make_vec_env(GOAL, 3)
+    seen = venv.reset()
+    extractor = AttitudeExtractor(venv.observation_space, **attitudes(task_of(GOAL)))
+    found = extractor({name: torch.as_tensor(part) for name, part in seen.items()}).numpy()
+    here, there = (seen[name][:, 2:].reshape(3, 3, 3) for name in ("achieved_goal", "desired_goal"))
+    turns = [np.swapaxes(here, 1, 2) @ there, there @ np.swapaxes(here, 1, 2)]
+    expected = np.concatenate(
+        [*map(seen.get, sorted(seen)), *(turn.reshape(3, 9) for turn in turns)], axis=1
+    )
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6)
+
+
 def test_a_network_that_was_built_by_hand_is_refused_where_a_file_does_not_hold_it():
     for place, module, message in (
         (3, nn.ReLU(), "activation_fn = relu, tanh; expected one for all hidden layers"),

@@ -20,6 +20,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.scoring import verify_scores
 from rigid_envs.watch.replays.recording import record_starts
+from tests.refusals import refuses
 
 DETUMBLE = "RigidEnvs/Detumble-v0"
 GRID = "RigidEnvs/BallGrid-v0"
@@ -208,6 +209,7 @@ PLANNED = sorted(f"RigidEnvs/{file.stem}" for file in best.PLANS_FOLDER.glob("*.
 def test_recipes_are_of_ids_and_there_are_plans_of_no_others():
     assert {f"RigidEnvs/{name}-v0" for name in finding.RECIPES} <= set(ENVIRONMENTS)
     assert PLANNED and all(finding.recipe_of(env_id) is not None for env_id in PLANNED)
+    refuses("^ID = RigidEnvs/Detumble-v0; expected one that", finding.plan, "RigidEnvs/Detumble-v0")
 
 
 @pytest.mark.parametrize("env_id", PLANNED)

@@ -63,6 +63,15 @@ def test_metrics_are_those_of_the_motion():
     np.testing.assert_array_equal(found["success"], 1.0)
 
 
+def test_the_error_of_a_ball_on_a_plate_is_its_distance_from_the_point():
+    env_id = "RigidEnvs/BallPlate-v0"
+    envs = begun(env_id, 3)
+    info = envs.step(np.zeros((3, 2), np.float32))[-1]
+    off = np.linalg.norm(envs.y[:, 4:6] - envs.auxiliary("point_X", "point_Y"), axis=-1)
+    error = ENVIRONMENTS[env_id].error
+    np.testing.assert_allclose((1.0 / info[f"reward/{error.term}"] - 1.0) / error.sharpness, off)
+
+
 # of the tasks that the planner of the shortest path solves, which takes seconds, one
 ALIKE = tuple(f"RigidEnvs/{name}-v0" for name in ("BallParkGoal", "BallParkRandom", "BallReorient"))
 
@@ -145,6 +154,15 @@ def test_the_bound_of_a_coin_is_the_way_or_the_roll_to_the_edge_of_the_tolerance
     envs = begun(env_id, 1, config, seed=0, options={"state": state})
     expected = max(way - 0.05, 0.5 * (roll - 0.1), 0.0)
     np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-12)
+
+
+def test_the_bound_of_a_pushed_ball_is_that_of_its_mass_and_what_turns_with_it():
+    env_id = "RigidEnvs/BallParkDynamic-v0"
+    state = {"q": [1.0, 0.0, 0.0, 0.0], "position": (0.0, -3.0)}
+    envs = begun(env_id, 1, {"m": 3.0, "beta": 0.5}, seed=0, options={"state": state})
+    task = envs.task
+    expected = least_time(3.0 - task.position_tolerance, task.force / 4.5, task.speed_tolerance)
+    np.testing.assert_allclose(limit_of(env_id, "time").values(envs), expected, rtol=1e-14)
 
 
 def test_the_bound_of_a_turn_is_reached_by_a_body_of_equal_moments_that_may_still_turn():
@@ -315,6 +333,7 @@ def test_an_episode_counts_as_in_an_evaluation(env_id, seed):
         over = terminated or truncated
     left = iter(actions)
     theirs = play(lambda _: np.array([next(left)]), make_rows(env_id, 1), [seed], record.error)
+    assert play(lambda _: actions[:1], make_rows(env_id, 1), [seed], limit=2).limit == 2
     ours = tally.episodes()
     for field in fields(ours):
         if field.name != "bounds":

@@ -125,6 +125,7 @@ def test_every_id_has_a_cost_with_a_floor_far_below_what_is_known(env_id):
     cost, known = cost_of(env_id, task_of(env_id)), best_known(env_id)
     assert known is not None and known.cost == cost.name
     assert 0.0 < cost.floor <= 0.15 * np.nanmedian(known.costs)
+    assert cost.floor == (task_of(env_id).dt if cost.name == "time" else 0.01)
 
 
 def constant(value):

@@ -275,7 +275,7 @@ class HeldBall(CheckedFields):
     def step(self, x: Symbols, a: Symbols, h: float) -> Symbols:
         """Coordinates after a time h [s]; they do not depend on the attitude."""
         ca = casadi()
-        y, change = ca.vertcat(1.0, 0.0, 0.0, 0.0, x), (self.tilt_rate * a - x[7:]) / h
+        y, change = ca.vertcat(ca.DM(4, 1), x), (self.tilt_rate * a - x[7:]) / h
         return self.ball.symbolic().step(h)(y, ca.vertcat(0.0, 0.0, change))[4:]
 
     def cost(self, x: Symbols, a: Symbols, goal: Symbols) -> Symbols:

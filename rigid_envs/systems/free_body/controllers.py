@@ -823,7 +823,7 @@ class HeldSpin(SpinController):
 
     def step(self, x: Symbols, a: Symbols, h: float) -> Symbols:
         """Angular velocity after a time h [s]; it does not depend on the attitude."""
-        y = casadi().vertcat(1.0, 0.0, 0.0, 0.0, x)
+        y = casadi().vertcat(casadi().DM(4, 1), x)
         return self.body.symbolic().step(h)(y, self.torque * a)[4:]
 
     def cost(self, x: Symbols, a: Symbols, goal: Symbols) -> Symbols:

@@ -84,7 +84,7 @@ def difference(
         RollingBall.checked_state(start), RollingBall.checked_state(goal), size[..., None]
     )
     turn = rotations.multiply(end[..., :4], rotations.conjugate(begin[..., :4]))
-    return turn, (end[..., 4:6] - begin[..., 4:6]) / size[..., :2]
+    return turn, (end[..., 4:] - begin[..., 4:]) / size[..., :2]
 
 
 def rolled(rolls: Array) -> tuple[Array, Array]:

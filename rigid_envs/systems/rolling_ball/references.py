@@ -33,7 +33,7 @@ def _roll(envs: RigidVectorEnv) -> Array:
     task: Any = envs.task
     goal = envs.auxiliary(*task.aux_names) if task.n_goal else _HOME
     y = envs.y
-    distance = np.linalg.norm(y[:, 4:6] - goal[..., 4:6], axis=-1) - task.position_tolerance
+    distance = np.linalg.norm(y[:, 4:6] - goal[..., 4:], axis=-1) - task.position_tolerance
     angle = rotations.distance(y[:, :4], goal[..., :4]) - task.angle_tolerance
     return np.asarray(np.maximum(np.maximum(distance, _rows(envs, "radius") * angle), 0.0))
 
@@ -246,7 +246,7 @@ def _pose(y: Array, goal: Array | None, task: Any) -> list[Array]:
     q, place = y[:, :4], y[:, 4:6]
     if goal is not None:
         q = rotations.multiply(q, rotations.conjugate(goal[:, :4]))
-        place = place - goal[:, 4:6]
+        place = place - goal[:, 4:]
     return [place / task.position_tolerance, rotations.log(q) / task.angle_tolerance]
 
 

@@ -71,7 +71,7 @@ class ShortestPath:
             ArithmeticError: so few sides cannot be bent to lead to the goal.
         """
         turn, displacement = difference(self.start, self.goal, self.radius)
-        rolls = np.diff(self.states(n)[:, 4:6], axis=0) / self.radius
+        rolls = np.diff(self.states(n)[:, 4:], axis=0) / self.radius
         for _ in range(_N_CORRECTIONS):
             total, change = rolled(rolls)
             angle = rotations.log(rotations.multiply(turn, rotations.conjugate(total)))

@@ -101,7 +101,8 @@ class TwoRolls(CheckedFields):
     @property
     def _sizes(self) -> Array:
         """Largest change of the angle of each leg in one step [rad]."""
-        return np.array([self.steer_per_step, self.roll_per_step] * 3)[:5]
+        steer, roll = self.steer_per_step, self.roll_per_step
+        return np.array([steer, roll, steer, roll, steer])
 
     def _pose(self, y: Array, end: Array) -> Array:
         """Offset [radii], heading and phase [rad] as seen from the goal, shape (..., 4)."""

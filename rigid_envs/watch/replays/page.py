@@ -286,7 +286,7 @@ class Packer:
     def _rows(self, values: Sequence[npt.ArrayLike]) -> list[Any]:
         """Rows over time; one row where they are all the same."""
         rows = np.array([np.asarray(value, dtype=np.float64) for value in values], dtype=np.float32)
-        constant = np.array_equal(rows, np.broadcast_to(rows[0], rows.shape), equal_nan=True)
+        constant = np.array_equal(rows[1:], rows[:-1], equal_nan=True)
         return self.array(rows[:1] if constant else rows)
 
     def _mesh(self, mesh: Mesh) -> int:

@@ -186,9 +186,9 @@ def moments(task: Task, episode: PastEpisode, budget: int) -> list[Moment]:
     motions = [Interpolation(system, one, other) for one, other in pairwise(steps)]
     angle = max((float(np.linalg.norm(motion.turn)) for motion in motions), default=0.0)
     wanted = max(math.ceil(task.dt / _PERIOD), math.ceil(angle / _TURN))
-    n = max(1, min(wanted, _MOST, budget // max(len(episode), 1)))
     found = steps[:1]
     for motion in motions:
+        n = max(1, min(wanted, _MOST, budget // len(motions)))
         found += [motion.at(j / n) for j in range(1, n + 1)]
     return found
 
@@ -404,7 +404,7 @@ def load_replay(path: str | Path) -> Replay:
     with files.named_damage(file):
         header = _read_header(arrays.pop(_HEADER, None), arrays)
         env_id = catalogue.checked_id(catalogue.id_in_file(header["env_id"]))
-        config = {name: _setting(value) for name, value in header["config"].items()}
+        config = header["config"]
         task = catalogue.task_of(env_id, config)
         versions, names = header["provenance"].get("versions"), row_names(task)
         expected = f"{names}: it was written by another version of the environment, {versions}"
@@ -473,8 +473,3 @@ def _read_header(
     if _SEAL in header and header[_SEAL] != files.digest(content, arrays):
         raise ValueError(f"{_SEAL}: that of other content; expected the one that was saved")
     return header
-
-
-def _setting(value: Any) -> Any:
-    """A setting as the task takes it: JSON has lists for its tuples."""
-    return tuple(map(_setting, value)) if isinstance(value, list) else value

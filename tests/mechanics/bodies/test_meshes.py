@@ -308,3 +308,4 @@ def test_regions_without_volume_are_refused():
         (lambda: Region.torus(0.2, 0.5), r"^minor_radius = 0\.5; expected at most major"),
     ):
         refuses(message, make)
+    assert Region.torus(0.5, 0.5).sides[0] == (0.0, 0.5)  # without a hole

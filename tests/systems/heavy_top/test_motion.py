@@ -198,6 +198,14 @@ def test_the_angles_are_those_of_the_attitude(body, q0, omega0):
     assert abs(phi[0]) <= np.pi + 1e-15 and abs(psi[0]) <= np.pi + 1e-15
 
 
+@pytest.mark.parametrize(("theta", "across"), [(0.7, 0.3), (1.7, 2.5)], ids=["highest", "lowest"])
+def test_the_rates_of_the_start_keep_their_digits_beside_a_turning_point(theta, across):
+    for climb in np.geomspace(1e-9, 0.1, 20):
+        omega0 = (climb, across, 2.0)
+        found = heavy_top.omega(0.0, omega0, from_euler(theta, 0.0, 0.0), **TOP)
+        np.testing.assert_allclose(found, omega0, rtol=0, atol=32 * EPS)
+
+
 def test_the_angles_are_continuous_beside_the_pole():
     omega0, t = (1.0, 1e-2, 1.0), np.linspace(0.0, 40.0, 40001)
     theta, phi, psi = heavy_top.euler_angles(t, omega0, from_euler(0.5, 0.3, 0.1), **TOP)

@@ -20,6 +20,7 @@ from rigid_envs.systems.heavy_top.controllers import (
 )
 from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.heavy_top.tasks.sleeping_top import SleepingTopRandom
+from rigid_envs.systems.heavy_top.tasks.top_precession import TopPrecession
 from tests.refusals import refuses
 from tests.systems.claims import assert_optimal
 from tests.systems.runs import bound, run
@@ -350,6 +351,16 @@ def test_limited_torque_brings_back_the_tilts_that_the_controller_says(spin):
 def test_linear_feedback_leads_into_steady_precession_from_every_start(branch):
     found = run("TopPrecession", bound(references.precession_regulator), branch=branch)
     assert found.success.mean() >= 0.99
+
+
+def test_the_regulator_of_precession_has_gains_for_all_tilts_and_spins_of_the_task(monkeypatch):
+    made, task = {}, TopPrecession(goal_tilt=0.6, goal_spread=0.2, start_spread=0.1)
+    regulator = "rigid_envs.systems.heavy_top.controllers.PrecessionRegulator"
+    monkeypatch.setattr(regulator, lambda *_, **settings: made.update(settings))
+    references.precession_regulator(task)
+    slowest = task.system().critical_spin
+    assert made["tilts"] == pytest.approx((0.6, 0.8))
+    assert made["spins"] == pytest.approx((slowest, slowest * (task.start_spin + 0.1)))
 
 
 def test_every_drawn_top_can_be_caught_by_the_torque_there_is():

@@ -269,6 +269,8 @@ def test_brackets_are_antisymmetric_and_obey_jacobi():
         return np.array([s[2], 2.0 / s[0], s[0] * s[1]])
 
     at = np.array([0.7, -0.4, 1.2])
+    by_hand = np.cos(1.2) / 1.16 + 2.0 * 0.7**3 * 0.4 / 1.16**2 + np.sin(0.7)
+    assert rolling_ball.bracket(g, f)(at)[2] == pytest.approx(by_hand, rel=1e-14)
     together = rolling_ball.bracket(f, g)(at) + rolling_ball.bracket(g, f)(at)
     np.testing.assert_array_equal(together, 0.0)
     cyclic = [

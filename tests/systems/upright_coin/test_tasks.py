@@ -63,6 +63,7 @@ def test_legs_are_taken_in_steps_of_the_largest_size_or_less():
     sizes = np.array([SIZES[1], SIZES[0], SIZES[1], SIZES[0], SIZES[1]])
     assert (np.sum(np.abs(plan.legs) / sizes, axis=1) <= plan.steps).all()
     assert (np.sum(np.abs(plan.legs) / sizes, axis=1) > plan.steps - 5).all()
+    assert PLANNER(COIN.state(q=COIN.attitude(0.0, -1.5), contact=[0.6, 0.0])).steps == 5  # whole
 
 
 def test_no_plan_is_shorter_than_distance_and_phase_ask_for():
@@ -79,13 +80,15 @@ def test_no_first_heading_and_no_number_of_turns_nearby_takes_fewer_steps_or_as_
     With rolls a and b from the offset D in directions u_1 and u_2: a u_1 + b u_2 = D, a + b = S, so
     |D - a u_1| = |S - a|, which is linear in a.
     """
-    y = poses(8, 30, 8.0)
+    # two more of which only a sum beyond the distance is good, and the phase is almost half a turn
+    extreme = COIN.state(q=COIN.attitude(0.0, [3.05, -3.05]), contact=[[3.686, 0.0], [-3.686, 0.0]])
+    y = np.concatenate([poses(44, 30, 8.0), extreme])
     plan = PLANNER(y)
-    for k in range(30):
+    for k in range(32):
         D, phase, heading = y[k, 4:6] / COIN.radius, COIN.phase(y[k]), COIN.heading(y[k])
         sums = 2.0 * np.pi * np.arange(-15, 16) - phase
         distance = np.hypot(*D)
-        nearby = set()
+        nearby = {-phase}
         for target in (distance, -distance):
             nearby |= {sums[sums >= target].min(), sums[sums <= target].max()}
         for S in nearby:
@@ -121,6 +124,11 @@ def test_where_a_turn_or_a_roll_is_enough_it_is_the_plan(pose, legs):
     found = PLANNER(start).legs
     np.testing.assert_allclose(found[[1, 3]].sum(), legs[1], rtol=0, atol=1e-9)
     np.testing.assert_allclose(np.abs(found).sum(), np.abs(legs).sum(), rtol=0, atol=1e-9)
+
+
+def test_where_turns_take_a_step_the_coin_rolls_forth_and_back_along_a_straight_line():
+    start = COIN.state(q=COIN.attitude(0.0, 0.0), contact=[0.64, 0.48])
+    assert TwoRolls(COIN, 0.3, 7.0, directions=1)(start).length == pytest.approx(0.8, rel=1e-12)
 
 
 def test_plans_do_not_depend_on_where_the_goal_is_or_how_it_is_turned():
