@@ -37,6 +37,8 @@ class Moment:
         reward: last reward.
         cost: last cost, in ``task.cost_unit``.
         success: whether the last step was a success.
+        totals: sums of rewards and of costs since the reset; None where only the last step is
+            known.
     """
 
     y: Array
@@ -48,6 +50,7 @@ class Moment:
     reward: float = 0.0
     cost: float = 0.0
     success: bool = False
+    totals: tuple[float, float] | None = None
 
 
 # Complete state of rows: its parts, and the check of one that is given.
