@@ -42,12 +42,21 @@ class HoopRoll(BallPark):
     """
 
 rigid_envs.register("Hoops/Roll-v0", task="hoops:HoopRoll", max_episode_steps=70, family="Hoop")
+
+class HoopToll(HoopRoll):
+    __doc__ = HoopRoll.__doc__
+    cost_unit = "toll of the road [penny]"
+
+rigid_envs.register("Hoops/Toll-v0", task="hoops:HoopToll", max_episode_steps=70, family="Hoop",
+                    metrics=("path", "success"))
 '''
 _USE = """
 import gymnasium, numpy as np
-from rigid_envs.envs.lookup import checked_id
+from rigid_envs.envs.lookup import checked_id, task_of
 from rigid_envs.tools.pages import describe, list_all, write_pages
-from rigid_envs.scores import evaluate, metrics_of, uniform
+from rigid_envs.tools.pages.tables import _meaning
+from rigid_envs.scores import METRICS, evaluate, metrics_of, uniform
+from rigid_envs.watch.films import figure
 from pathlib import Path
 from typing import Any
 
@@ -60,6 +69,12 @@ assert "One of the [Hoop](README.md#hoop)" in Path("pages/Hoops-Roll.md").read_t
 assert "## Hoop" in Path("pages/README.md").read_text()
 assert [metric.name for metric in metrics_of(env_id)] == ["time", "success", "return"]
 assert evaluate(env_id, uniform(), n=3).values["success"].shape == (3,)
+
+toll = evaluate("Hoops/Toll-v0", uniform(), n=3)
+assert toll.cost.title == "path [penny]" and "path [penny]" in str(toll)
+assert figure("Hoops/Toll-v0", task_of("Hoops/Toll-v0"), 3.0) == "path 3 penny"
+meaning = _meaning("Hoops/Toll-v0", task_of("Hoops/Toll-v0"), METRICS["path"])
+assert meaning.startswith("- `path`: toll of the road [penny], ")
 """
 
 

@@ -129,7 +129,7 @@ class Metric(NamedTuple):
 
     Attributes:
         name: Short name.
-        text: Definition, with the unit.
+        text: Definition, with the unit; that of a cost is what the task says.
         higher_is_better: Whether a larger value is better.
         values: Values of episodes of a task, shape (n,).
         of_successes: Whether a mean is that of the successes alone: failures may well be cheap.
@@ -143,9 +143,14 @@ class Metric(NamedTuple):
 
     def unit(self, task: Task) -> str:
         """Unit of its values in a task; empty where they have none."""
-        if self.name in ("path", "effort"):
+        if self.is_cost:
             return task.cost_unit.rpartition("[")[2].rstrip("]") if "[" in task.cost_unit else ""
         return "s" if self.name == "time" else ""
+
+    @property
+    def is_cost(self) -> bool:
+        """Whether its values are sums of what the task calls its cost."""
+        return self.values is _costs
 
 
 def _costs(episodes: Episodes, _: Task) -> Array:
@@ -168,8 +173,8 @@ _ALL = (
     Metric("success", "rate of success", True, lambda e, _: e.successes.astype(np.float64)),
     Metric("return", "sum of rewards", True, lambda episodes, _: episodes.returns),
     Metric("time", "time [s] until success, to stay", False, _time, True),
-    Metric("path", "distance rolled [m]", False, _costs, True),
-    Metric("effort", 'sum of info["cost"], mostly an impulse', False, _costs, True),
+    Metric("path", 'sum of `info["cost"]`', False, _costs, True),
+    Metric("effort", 'sum of `info["cost"]`', False, _costs, True),
     Metric("error", "root mean square of the error", False, _error, True),
     Metric("loss", "minus the return, a quadratic cost", False, lambda e, _: -e.returns, True),
 )

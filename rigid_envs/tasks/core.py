@@ -38,6 +38,8 @@ class Moment:
         reward: last reward.
         cost: last cost, in ``task.cost_unit``.
         success: whether the last step was a success.
+        totals: sums of rewards and of costs since the reset; None where only the last step is
+            known.
         dynamics: of the system, whose names `state` and `input` have.
     """
 
@@ -50,6 +52,7 @@ class Moment:
     reward: float = 0.0
     cost: float = 0.0
     success: bool = False
+    totals: tuple[float, float] | None = None
     dynamics: Dynamics = field(kw_only=True, repr=False)
 
     @property

@@ -32,12 +32,14 @@ class Look:
         height: in pixels.
         camera: fields of `Camera` that differ from those of the scene.
         shadows: whether parts cast shadows on the floor.
+        text: whether the lines of the scene are written.
     """
 
     width: int = 480
     height: int = 480
     camera: Mapping[str, Any] = field(default_factory=dict)
     shadows: bool = True
+    text: bool = True
 
 
 _SKY = (0.97, 0.975, 0.985)
@@ -81,6 +83,7 @@ class Drawing:
         self._points: dict[str, list[Array]] = {name: [] for name in scene.traces}
         self._eye = self._add_camera()
         self._shadows: dict[str, Any] = {}
+        self._ground = self._root.attachNewNode("ground")
         if scene.floor is not None:
             self._add_floor(scene.floor)
             if look.shadows:
@@ -101,8 +104,24 @@ class Drawing:
             self._extend(frame.points)
         self._trace(frame.poses, eye)
         picture = picture_of(self._eye, self._look.width, self._look.height, _SKY)
-        write(picture, frame.text)
+        if self._look.text:
+            write(picture, frame.text)
         return picture
+
+    def place_of(self, point: npt.ArrayLike) -> Array:
+        """Where a point of the world is in the last picture.
+
+        Args:
+            point: shape (3,) [m].
+
+        Returns:
+            Right and up of the middle, in halves of the picture: beyond 1 it is outside, where the
+            direction alone counts.
+        """
+        place = library().Point3(*np.asarray(point, dtype=np.float64))
+        x, depth, y = self._eye.getRelativePoint(self._root, place)
+        half = np.tan(np.radians(self._eye.node().getLens().getFov()) / 2)
+        return np.asarray((x, y) / half / max(depth, 1e-6))
 
     def clear(self) -> None:
         """Remove the lines of the traces: a new episode begins."""
@@ -162,7 +181,7 @@ class Drawing:
 
     def _add_floor(self, floor: Floor) -> None:
         core = library()
-        node = self._root.attachNewNode(geometry(_chequers(floor, _SKY)))
+        node = self._ground.attachNewNode(geometry(_chequers(floor, _SKY)))
         node.setLightOff()
         node.setBin("background", 0)
         node.setAttrib(core.ShadeModelAttrib.make(core.ShadeModelAttrib.MFlat))
@@ -228,11 +247,14 @@ class Drawing:
             head.setPosQuatScale(end, q, core.Vec3(size * _HEAD, size * _HEAD, tip))
 
     def _place_camera(self, poses: Mapping[str, Pose]) -> Array:
-        """Place the camera; returns its position."""
-        camera = self._camera
+        """Place the camera, and the floor below it by pairs of cells; returns its position."""
+        camera, floor = self._camera, self.view.scene.floor
         target = np.array(camera.target, dtype=np.float64)
         if camera.follow is not None and camera.follow in poses:
-            target[:2] += np.asarray(poses[camera.follow].position)[:2]
+            ahead = np.asarray(poses[camera.follow].position, dtype=np.float64)[:2]
+            target[:2] += ahead
+            pair = 2.0 if floor is None else 2.0 * floor.cell
+            self._ground.setPos(*(pair * np.round(ahead / pair)), 0.0)
         azimuth, elevation = math.radians(camera.azimuth), math.radians(camera.elevation)
         level = math.cos(elevation)
         direction = (level * math.cos(azimuth), level * math.sin(azimuth), math.sin(elevation))

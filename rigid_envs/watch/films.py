@@ -24,8 +24,9 @@ from rigid_envs.scores.starts import Tally, metrics_of, rollout
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.drawing import Look, drawing_of
-from rigid_envs.watch.pictures import font, pillow, tiled
+from rigid_envs.watch.pictures import pillow, tiled, write
 from rigid_envs.watch.replays.replay import PastEpisode, moment_at, play_again
+from rigid_envs.watch.views import cost_figure
 
 # Animated GIF and WebP, as small as asked for.
 
@@ -47,17 +48,12 @@ _LEVELS = (
     _Level(1.0, 60.0, 82, 256),
     _Level(1.0, 30.0, 75, 192),
     _Level(1.0, 15.0, 60, 96),
+    _Level(1.0, 12.0, 40, 64),
+    _Level(1.0, 10.0, 25, 64),
     _Level(0.75, 15.0, 60, 96),
     _Level(0.5, 12.0, 50, 64),
     _Level(0.35, 8.0, 30, 32),
 )
-
-
-class _Draft(NamedTuple):
-    data: bytes
-    width: int
-    height: int
-    n: int
 
 
 def write_animation(
@@ -79,17 +75,20 @@ def write_animation(
     """
     kept = list(pictures)
     for level in _LEVELS:
-        draft = _encoded(kept, fps, level, path.suffix.lower())
-        if max_bytes is None or len(draft.data) <= max_bytes:
-            write_atomic(path, draft.data)
-            return draft.width, draft.height, draft.n * fps / len(kept), draft.n
+        data, width, height, n = _encoded(kept, fps, level, path.suffix.lower())
+        if max_bytes is None or len(data) <= max_bytes:
+            write_atomic(path, data)
+            return width, height, n * fps / len(kept), n
     raise ValueError(
-        f"max_bytes = {max_bytes}; expected at least {len(draft.data)}, the size at the lowest "
-        f"quality ({draft.width} x {draft.height}): make the film shorter"
+        f"max_bytes = {max_bytes}; expected at least {len(data)}, the size at the lowest "
+        f"quality ({width} x {height}): make the film shorter"
     )
 
 
-def _encoded(kept: Sequence[Image], fps: float, level: _Level, suffix: str) -> _Draft:
+def _encoded(
+    kept: Sequence[Image], fps: float, level: _Level, suffix: str
+) -> tuple[bytes, int, int, int]:
+    """The file, width, height, and number of pictures."""
     pictures, _, _ = pillow()
     fastest = min(level.fps, _GIF_FASTEST) if suffix == ".gif" else level.fps
     stride = max(1, int(np.ceil(fps / fastest - 1e-9)))
@@ -108,7 +107,7 @@ def _encoded(kept: Sequence[Image], fps: float, level: _Level, suffix: str) -> _
     options |= {"append_images": frames[1:], "duration": times, "loop": 0}
     buffer = io.BytesIO()
     frames[0].save(buffer, suffix[1:].upper(), save_all=True, **options)
-    return _Draft(buffer.getvalue(), *size, len(frames))
+    return buffer.getvalue(), *size, len(frames)
 
 
 def _durations(n: int, n_kept: int, stride: int, fps: float, tick: int) -> list[int]:
@@ -267,13 +266,13 @@ def play_episode(
 def figure(env_id: str, task: Task, value: float) -> str:
     """A value of the first metric of an id, its cost, in words: ``path 8.31 m``."""
     metric = metrics_of(env_id)[0]
-    return f"{metric.name} {value:.3g} {metric.unit(task)}".rstrip()
+    text = cost_figure(task, value) if metric.is_cost else f"{value:.3g}"
+    return f"{metric.name} {text} {metric.unit(task)}".rstrip()
 
 
 # Pictures of several episodes side by side, each under its label.
 
-_CUT = "..."
-_INK, _PAPER, _RULE = (38, 44, 54), (255, 255, 255), (208, 213, 221)
+_RULE = (208, 213, 221)
 
 
 def labelled(pictures: Sequence[Image], labels: Sequence[str]) -> Image:
@@ -294,18 +293,17 @@ def labelled(pictures: Sequence[Image], labels: Sequence[str]) -> Image:
     return page
 
 
+def strip_height(width: int) -> int:
+    """Height of the line of text above a picture of this width, in pixels."""
+    return 2 * max(11, width // 26)
+
+
 @functools.lru_cache(64)
 def _strip(label: str, width: int) -> Image:
-    """Line of text as wide as a picture; what is too long is cut."""
-    pictures, _, pens = pillow()
-    size = max(11, width // 26)
-    image = pictures.new("RGB", (width, 2 * size), _PAPER)
-    draw = pens.Draw(image)
-    text = label
-    while draw.textlength(text, font=font(size)) > width - size and len(text) > len(_CUT):
-        text = text.removesuffix(_CUT)[:-1] + _CUT
-    draw.text((size // 2, size), text, fill=_INK, font=font(size), anchor="lm")
-    strip = np.array(image)
+    """Line of text as wide as a picture; a long one has smaller letters, and then is cut."""
+    high = strip_height(width)
+    strip = np.full((high, width, 3), 255, dtype=np.uint8)
+    write(strip, [label], high // 2)
     strip[-1] = _RULE
     return strip
 

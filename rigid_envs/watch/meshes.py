@@ -38,14 +38,6 @@ class Mesh:
 # Lengths are in metres, colours sRGB. Vertices are repeated where faces meet at an edge.
 
 _CREASE = math.cos(math.radians(35.0))  # two faces at a larger angle meet at a visible edge
-_FACES = (  # of a box: the two axes of each face, whose vector product is the outward normal
-    ((0, 1, 0), (0, 0, 1)),
-    ((0, 0, 1), (0, 1, 0)),
-    ((0, 0, 1), (1, 0, 0)),
-    ((1, 0, 0), (0, 0, 1)),
-    ((1, 0, 0), (0, 1, 0)),
-    ((0, 1, 0), (1, 0, 0)),
-)
 
 
 def grid(points: npt.ArrayLike, normals: npt.ArrayLike, color: Color) -> Mesh:
@@ -202,8 +194,8 @@ def octants(radius: float, colors: Sequence[Color], n: int = 11) -> Mesh:
     quarter, pieces = 0.5 * math.pi, []
     for below in (0, 1):
         for turn in range(4):
-            polar, azimuth = (below * quarter, turn * quarter), (turn * quarter, turn * quarter)
-            points = _cap((polar[0], polar[0] + quarter), (azimuth[0], azimuth[1] + quarter), n, n)
+            polar, azimuth = below * quarter, turn * quarter
+            points = _cap((polar, polar + quarter), (azimuth, azimuth + quarter), n, n)
             x, y, _ = points[n // 2, n // 2]
             k = int(x < 0) + 2 * int(y < 0) + 4 * below
             pieces.append(grid(radius * points, points, colors[k]))
@@ -223,10 +215,10 @@ def box(size: npt.ArrayLike, colors: Sequence[Color]) -> Mesh:
     require(len(colors) in (1, 6), len(colors), "number of colors", "1, or 6 for the faces")
     half = 0.5 * np.asarray(size, dtype=np.float64)
     six = colors if len(colors) == 6 else list(colors) * 6
-    faces = []
-    for (a, b), color in zip(_FACES, six, strict=True):
-        u, v = np.array(a, dtype=np.float64), np.array(b, dtype=np.float64)
-        n = np.cross(u, v)
+    faces, axes = [], np.eye(3)
+    for k, color in enumerate(six):
+        n, u = (1.0 - 2.0 * (k % 2)) * axes[k // 2], axes[k // 2 - 1]
+        v = np.cross(n, u)
         corners = [[half * (n + i * v + j * u) for j in (-1, 1)] for i in (-1, 1)]
         faces.append(grid(corners, np.broadcast_to(n, (2, 2, 3)), color))
     return join(*faces)

@@ -20,12 +20,13 @@ _INK = np.array([38.0, 44.0, 54.0], dtype=np.float32)
 _LEAST = 6  # pixels; smaller letters cannot be read
 
 
-def write(picture: Image, text: Sequence[str]) -> None:
+def write(picture: Image, text: Sequence[str], size: int | None = None) -> None:
     """Write lines into the upper left corner; a long line makes all letters smaller.
 
     Args:
         picture: RGB, shape (height, width, 3); changed.
         text: the lines.
+        size: height of a letter in pixels; a share of the picture's, if left out.
 
     Raises:
         DependencyNotInstalled: Pillow is not installed.
@@ -33,7 +34,7 @@ def write(picture: Image, text: Sequence[str]) -> None:
     if not text:
         return
     height, width, _ = picture.shape
-    size = max(_LEAST, height // 32)
+    size = size or max(_LEAST, height // 32)
     length = max(_length(line, size) for line in text) + size
     if length > width:
         size = max(_LEAST, int(size * width / length))
@@ -98,11 +99,13 @@ def _letter(letter: str, size: int) -> tuple[_Mask, float]:
 
 # Pictures side by side, and in a window.
 
+_IN_A_LINE = 3
+
 
 def tiled(pictures: Sequence[Image]) -> Image:
-    """Pictures of one size side by side, in as many lines as columns or one less."""
+    """Pictures of one size: up to three side by side, more in lines, as many as columns or less."""
     n = len(pictures)
-    columns = int(np.ceil(np.sqrt(n)))
+    columns = n if n <= _IN_A_LINE else int(np.ceil(np.sqrt(n)))
     lines = -(-n // columns)
     height, width, depth = pictures[0].shape
     page = np.full((lines * height, columns * width, depth), 255, dtype=np.uint8)
@@ -159,11 +162,6 @@ class Window:
         self._title = title
         self._screen: Any = None
         self._clock: Any = None
-
-    @property
-    def is_open(self) -> bool:
-        """Whether a picture has been shown."""
-        return self._screen is not None
 
     def show(self, picture: Image, fps: float) -> None:
         """Show a picture, at the earliest 1 / fps seconds after the last one.
@@ -228,7 +226,7 @@ def show(pictures: Callable[[], Iterator[Image]], fps: float, title: str) -> boo
 def _run(pygame: Any, window: Window, pictures: Callable[[], Iterator[Image]], fps: float) -> None:
     source, paused = pictures(), False
     while True:
-        for event in pygame.event.get() if window.is_open else ():
+        for event in pygame.event.get() if pygame.display.get_init() else ():
             key = event.key if event.type == pygame.KEYDOWN else None
             if event.type == pygame.QUIT or key == pygame.K_ESCAPE:
                 return

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -290,7 +290,10 @@ class View(abc.ABC):
     Attributes:
         system: the physical system, with the parameters of the episode: its accessors read states.
         scene: its parts, camera, arrows and traces.
+        steered: part that a player's camera follows on its way to the part "goal"; None for none.
     """
+
+    steered: ClassVar[str | None] = None
 
     def __init__(self, task: Any, parameters: Mapping[str, float]) -> None:
         """Make the system and the scene."""
@@ -341,11 +344,13 @@ class View(abc.ABC):
         )
 
     def text(self, moment: Moment) -> tuple[str, ...]:
-        """Time and reward, cost with its unit, the readings, and success."""
+        """Time, reward and cost, the readings, and success: sums of the episode where known."""
         quantity, _, unit = self.task.cost_unit.rstrip("]").partition(" [")
+        name, which = ("reward", " of this step") if moment.totals is None else ("return", "")
+        reward, cost = moment.totals or (moment.reward, moment.cost)
         lines = (
-            f"time {moment.time:.1f} s   reward {moment.reward:.3f}",
-            f"cost {moment.cost:.3g} {unit} ({quantity})",
+            f"time {moment.time:.1f} s   {name} {round(reward, 3) + 0.0:.3f}",
+            f"cost {cost_figure(self.task, cost)} {unit} ({quantity}{which})",
             *self.readings(moment),
         )
         return (*lines, "success") if moment.success else lines
@@ -361,6 +366,20 @@ class View(abc.ABC):
             driven: whether anything acts on it.
         """
         return []
+
+
+_LEAST = 1e-3  # cost that is shown, in parts of what the largest action costs in a step
+
+
+def cost_figure(task: Task, cost: float) -> str:
+    """A cost in three digits; 0 where it is nothing beside what actions cost.
+
+    Args:
+        task: the task, whose largest input times its control period tells what a step may cost.
+        cost: in ``task.cost_unit``.
+    """
+    largest = task.dt * max(max(abs(entry.low), abs(entry.high)) for entry in task.actions())
+    return f"{cost if abs(cost) >= _LEAST * largest else 0.0:.3g}"
 
 
 def scaled(vector: npt.ArrayLike, scale: float, longest: float = math.inf) -> Array:

@@ -13,7 +13,15 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools import gallery
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.gallery import DATA, FIGURES, SOURCES, Made, page
-from rigid_envs.tools.pages.films import MAX_BYTES, SHEET, sources_hash, stale_films, with_table
+from rigid_envs.tools.pages.films import (
+    HEIGHT,
+    MAX_BYTES,
+    SHEET,
+    WIDTH,
+    sources_hash,
+    stale_films,
+    with_table,
+)
 from rigid_envs.tools.pages.writing import film_of
 from rigid_envs.watch.figures import Match
 from tests.programs import printed
@@ -133,6 +141,35 @@ def test_films_and_all_pictures_together_are_small():
     files = [path for path in (ROOT / "docs").rglob("*.*") if "_build" not in path.parts]
     pictures = [path for path in files if path.suffix in (".png", ".svg", ".webp")]
     assert sum(path.stat().st_size for path in pictures) <= 12e6
+
+
+def test_films_have_one_size_and_last_as_long_as_one_likes_to_look():
+    pictures = pytest.importorskip("PIL.Image")
+    for env_id in IDS:
+        with pictures.open(FILMS / film_of(env_id)) as film:
+            assert film.size == (WIDTH, HEIGHT)
+            assert 4.0 <= duration(film) <= 8.5
+
+
+def duration(film):
+    """Duration of an animation [s]."""
+    times = []
+    for k in range(film.n_frames):
+        film.seek(k)
+        film.load()
+        times.append(film.info["duration"])
+    return sum(times) / 1000.0
+
+
+def test_in_every_film_somebody_succeeds_and_only_who_does_not_act_fails():
+    films = json.loads((FILMS / "films.json").read_text())["films"]
+    for env_id in IDS:
+        shows = films[env_id]["shows"]
+        assert len(shows) == len(films[env_id]["seeds"])
+        assert all("no success" not in text or text == "zero: no success" for text in shows)
+        assert "no success" not in shows[-1]
+        if env_id.endswith("Random-v0"):
+            assert len(shows) > 1
 
 
 def test_a_missing_a_changed_and_an_old_film_are_noticed(tmp_path):

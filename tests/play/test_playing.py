@@ -10,7 +10,15 @@ from rigid_envs.scores.best import limit_of
 from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.policies import untrained_policy
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.watch.play.game import Game, GameWindow, Status, board_height, page, play
+from rigid_envs.watch.play.game import (
+    Game,
+    GameWindow,
+    Status,
+    board_height,
+    page,
+    play,
+    pointed,
+)
 from rigid_envs.watch.replays.replay import load_replay
 from tests.refusals import refuses
 
@@ -59,6 +67,43 @@ def test_time_passes_as_fast_as_it_does(table):
     press("tab")
     turns(table, 0.5)
     assert table.game.moment.time == pytest.approx(1.37, abs=0.02)
+
+
+def test_the_ball_stays_in_the_picture_and_an_arrow_points_to_a_goal_that_leaves_it(table):
+    def places():
+        poses = table._drawing.view.frame(table.game.moment).poses
+        return [table._drawing.place_of(poses[name].position) for name in ("ball", "goal")]
+
+    def green():
+        picture = table.picture(np.zeros(3))[:SIZE]
+        lines, columns = np.nonzero((picture == (0, 130, 95)).all(axis=-1))
+        return np.array([columns.mean(), lines.mean()]) if len(lines) else None
+
+    assert np.abs(places()[1]).max() < 1.0 and green() is None
+    press("right")
+    turns(table, 4.0)
+    ball, goal = places()
+    assert np.abs(ball).max() < 0.3 < 1.0 < -goal[0]
+    arrow = green()
+    assert arrow is not None and arrow[0] < 0.15 * SIZE
+
+
+def test_an_arrow_at_the_edge_points_away_from_the_middle_and_none_is_there_inside():
+    picture = np.full((100, 200, 3), 255, np.uint8)
+    for place in ([0.9, -0.9], [-1.0, 1.0]):
+        assert np.array_equal(pointed(picture, np.array(place)), picture)
+    for place in ([5.0, 0.0], [0.0, 5.0], [-7.0, -9.0]):
+        lines, columns = np.nonzero((pointed(picture, np.array(place)) != 255).any(axis=-1))
+        found = np.array([columns.mean() / 100.0 - 1.0, 1.0 - lines.mean() / 50.0])
+        assert 0.75 < np.abs(found).max() < 0.95
+        assert found @ place > 0.95 * np.linalg.norm(found) * np.linalg.norm(place)
+
+
+def test_the_overlay_says_what_the_board_says(table):
+    press("up")
+    turns(table, 1.0)
+    said = table._drawing.view.frame(table.game.moment).text[1]
+    assert said == f"cost {table.game.score.removeprefix('path ')} (distance rolled)"
 
 
 def test_a_paused_game_stands_still(table):

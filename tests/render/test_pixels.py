@@ -343,10 +343,31 @@ def test_edges_are_smooth():
     assert counts.mean() > 3.0  # of 4: nearly all edges have a pixel between ball and background
 
 
-def test_pictures_are_put_side_by_side():
-    page = tiled([np.full((4, 6, 3), k, dtype=np.uint8) for k in range(3)])
-    assert page.shape == (8, 12, 3)
-    assert page[0, 0, 0] == 0
-    assert page[0, 6, 0] == 1
-    assert page[4, 0, 0] == 2
-    assert page[4, 6, 0] == 255
+def test_up_to_three_pictures_are_put_side_by_side_and_more_in_lines():
+    for n, lines in ((1, [[0]]), (3, [[0, 1, 2]]), (5, [[0, 1, 2], [3, 4, 255]])):
+        page = tiled([np.full((4, 6, 3), k, dtype=np.uint8) for k in range(n)])
+        assert page.shape == (4 * len(lines), 6 * len(lines[0]), 3)
+        assert np.array_equal(page[::4, ::6, 0], lines)
+
+
+def test_a_floor_goes_with_a_camera_that_follows_and_no_cell_changes_its_colour(ball):
+    camera = Camera(distance=6.0, azimuth=35.0, elevation=28.0, follow="ball")
+    pixels = drawing(Scene(ball.parts, camera, floor=Floor(-1.0, 20.0, 1.0)))
+    here, there = (
+        pixels.picture(SceneFrame({"ball": Pose((x, y, 0.0))})) for x, y in ((0, 0), (60, -44))
+    )
+    assert np.abs(here.astype(int) - there).mean() < 0.1
+    moved = pixels.picture(SceneFrame({"ball": Pose((1.0, 0.0, 0.0))}))
+    assert np.abs(here.astype(int) - moved).mean() > 1.0
+
+
+def test_a_point_is_found_where_the_camera_model_puts_it_and_behind_it_by_direction(ball):
+    pixels = drawing(Scene(ball.parts, CAMERA), 320, SIZE)
+    pixels.picture(SceneFrame({"ball": Pose()}))
+    for point in np.random.default_rng(0).uniform(-2.0, 2.0, (20, 3)):
+        right, up = pixels.place_of(point)
+        found = 0.5 * SIZE * (1.0 - up), 0.5 * 320 * (1.0 + right)
+        assert np.floor(found) == pytest.approx(pixel(point, CAMERA, 320), abs=1)
+    eye, side, _, back = eye_and_axes(CAMERA)
+    right, up = pixels.place_of(eye + 5.0 * back + 3.0 * side)
+    assert right > 1.0 and abs(up) < 1e-3 * right

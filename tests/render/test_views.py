@@ -1,6 +1,7 @@
 """Views: what is seen is the state, and what rolls does not slip, by formulas of our own."""
 
 import math
+from dataclasses import replace
 
 import gymnasium as gym
 import numpy as np
@@ -28,7 +29,7 @@ from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.meshes import box, sectors
-from rigid_envs.watch.views import GenericView, view_class, view_of
+from rigid_envs.watch.views import GenericView, cost_figure, view_class, view_of
 from tests.from_pages.attitudes import matrix
 
 Q = np.array([0.4, -0.2, 0.7, 0.5]) / math.sqrt(0.94)  # no symmetry
@@ -91,10 +92,26 @@ def test_the_text_says_time_reward_and_cost(started):
     _, view, moment = started
     text = view.frame(moment).text
     assert text[0] == f"time {moment.time:.1f} s   reward {moment.reward:.3f}"
-    assert text[1].startswith("cost ") and len(text) >= 3
+    assert text[1].startswith("cost ") and text[1].endswith(" of this step)") and len(text) >= 3
     assert all(line.isascii() and len(line) <= 64 for line in text)
     solved = Moment(**(vars(moment) | {"success": True}))
     assert view.frame(solved).text[-1] == "success"
+
+
+def test_where_totals_are_known_the_text_says_them(started):
+    _, view, moment = started
+    cost = 2000.0 * abs(moment.cost) + 7.0
+    text = view.frame(replace(moment, totals=(-12.3456, cost))).text
+    quantity, _, unit = view.task.cost_unit.rstrip("]").partition(" [")
+    assert text[0] == f"time {moment.time:.1f} s   return -12.346"
+    assert text[1] == f"cost {cost:.3g} {unit} ({quantity})"
+
+
+def test_a_cost_that_is_nothing_beside_an_action_is_0_whatever_the_units():
+    for scale in (1e-5, 1e-2, 1.0):
+        task = SleepingTop(torque=0.3 * scale)
+        assert cost_figure(task, 6.66e-16 * scale) == cost_figure(task, -6.66e-16 * scale) == "0"
+        assert cost_figure(task, 0.0901234 * scale) == f"{0.0901234 * scale:.3g}"
 
 
 def test_a_frame_depends_on_the_moment_alone(started):

@@ -388,8 +388,8 @@ def test_times_and_frames_of_a_page_are_those_of_the_episode(ball):
     (found,) = page["episodes"]
     assert np.array_equal(unpacked(page["blob"], found["times"]), episode.times)
     assert len(found["text"]) == len(episode) + 1
-    for (_, said, *_), cost in zip(found["text"][1:], episode.costs, strict=True):
-        assert said.startswith(f"cost {cost:.3g} m")
+    for (_, said, *_), total in zip(found["text"][1:], np.cumsum(episode.costs), strict=True):
+        assert said == f"cost {total:.3g} m (distance rolled)"
     (part,) = (each for each in found["stage"]["parts"] if each["name"] == "ball")
     assert found["stage"]["floor"]["size"] > 0.0
     assert unpacked(page["blob"], page["meshes"][part["mesh"]]["vertices"]).any()

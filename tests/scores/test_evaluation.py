@@ -10,7 +10,7 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.scores import policies
 from rigid_envs.scores.best import least_time, limit_of
 from rigid_envs.scores.evaluation import evaluate, make_rows
-from rigid_envs.scores.starts import Tally, evaluation_seeds, metrics_of, play, row_seeds
+from rigid_envs.scores.starts import METRICS, Tally, evaluation_seeds, metrics_of, play, row_seeds
 from rigid_envs.scores.statistics import mean_interval
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.tasks.registry import ENVIRONMENTS
@@ -349,3 +349,4 @@ def test_metrics_of_the_cost_have_its_unit():
         for env_id in ("RigidEnvs/BallPark-v0", "RigidEnvs/SleepingTop-v0", "RigidEnvs/DiskRoll-v0")
     }
     assert list(units.values()) == ["m", "N m s", ""]
+    assert {name for name, metric in METRICS.items() if metric.is_cost} == {"path", "effort"}

@@ -18,8 +18,6 @@ BELOW = 1.0  # height of the middle of the table above the floor, at least [m]
 class DynamicBallView(BallView):
     """A ball on a round table, its path on both, its velocity and the force."""
 
-    _plate_of: tuple[Moment | None, Array] = (None, np.eye(3))
-
     @property
     def edge(self) -> float:
         """Radius of the table [m]."""
@@ -31,10 +29,8 @@ class DynamicBallView(BallView):
         return float(getattr(self.task, "force", self.system.m * self.system.g))
 
     def plate(self, moment: Moment) -> Array:
-        """Matrix of the plate axes, plate to world; found once for a moment."""
-        if self._plate_of[0] is not moment:
-            self._plate_of = moment, np.asarray(self.system.accessors["plate"](moment.y))
-        return self._plate_of[1]
+        """Matrix of the plate axes, plate to world."""
+        return np.asarray(self.system.accessors["plate"](moment.y))
 
     def centre(self, moment: Moment) -> Array:
         """Centre of the ball in the world [m], shape (3,)."""
@@ -76,11 +72,7 @@ class DynamicBallView(BallView):
 
     def vectors(self) -> dict[str, views.Arrow]:
         """Force and velocity."""
-        width = 0.12 * self.radius
-        return {
-            "input": views.Arrow(meshes.INPUT, width, "force"),
-            "velocity": views.Arrow(meshes.SKY, width, "v"),
-        }
+        return driven(self.radius)
 
     def traces(self) -> dict[str, views.Trace]:
         """The path on the table goes with it."""
@@ -108,7 +100,7 @@ class DynamicBallView(BallView):
         return points | {"path": foot}
 
 
-class BallParkDynamicView(BallParkView, DynamicBallView):
+class BallParkDynamicView(BallParkView):
     """A ball that a force is to park upright at the origin, on a level plate with an edge."""
 
     @property
@@ -123,28 +115,26 @@ class BallParkDynamicView(BallParkView, DynamicBallView):
     def parts(self) -> dict[str, views.Part]:
         """The floor is the plate; a ring is its edge."""
         ring = views.Part(meshes.edge_ring(), shadow=False, shiny=False)
-        return {**BallView.parts(self), **self.upright_goal(), "edge": ring}
+        return super().parts() | {"edge": ring}
 
     def floor(self) -> views.Floor | None:
         """The plate."""
-        return views.Floor(0.0, 5.0 * self.edge, 1.0)
+        return views.Floor(0.0, 5.0 * self.task.edge, 1.0)
 
-    def traces(self) -> dict[str, views.Trace]:
-        """The plate rests."""
-        return BallView.traces(self)
+    def vectors(self) -> dict[str, views.Arrow]:
+        """Force and velocity."""
+        return driven(self.radius)
 
     def poses(self, moment: Moment) -> dict[str, views.Pose]:
-        """Ball, ghost and edge."""
-        wide, centre = self.edge, (0.0, 0.0, self.radius)
-        return {
-            "ball": self.ball_pose(moment),
-            "goal": views.Pose(centre, scale=(INSIDE * self.radius,) * 3),
-            "edge": views.Pose((0.0, 0.0, 0.01), scale=(wide, wide, 1.0)),
-        }
+        """Also the edge."""
+        edge = views.Pose((0.0, 0.0, 0.01), scale=(self.task.edge, self.task.edge, 1.0))
+        return super().poses(moment) | {"edge": edge}
 
-    def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
-        """The plate rests."""
-        return BallView.points(self, moment)
+    def arrows(self, moment: Moment) -> views.Arrows:
+        """Also the velocity, from the top of the ball."""
+        velocity = self.system.accessors["velocity_world"](moment.y)
+        top = views.above(self.centre(moment), 1.05 * self.radius)
+        return super().arrows(moment) | {"velocity": (top, views.scaled(velocity, 1.0, 4.0))}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Also the speed."""
@@ -154,11 +144,6 @@ class BallParkDynamicView(BallParkView, DynamicBallView):
 
 class BallPlateView(DynamicBallView):
     """A ball that is to rest at a point of a tilting table, where a green ghost stands."""
-
-    @property
-    def fastest(self) -> float:
-        """Largest rate of a tilt [rad/s]."""
-        return float(self.task.tilt_rate)
 
     def parts(self) -> dict[str, views.Part]:
         """Also the place and the ghost."""
@@ -193,7 +178,7 @@ class BallPlateView(DynamicBallView):
         rate = plate @ np.append(self.system.accessors["tilt_rate"](moment.y), 0.0)
         start = plate @ np.array([0.0, 0.0, 0.06])
         return super().arrows(moment) | {
-            "input": (start, views.scaled(rate, 0.6 * self.edge / self.fastest))
+            "input": (start, views.scaled(rate, 0.6 * self.edge / self.task.tilt_rate))
         }
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
@@ -202,6 +187,15 @@ class BallPlateView(DynamicBallView):
         away = float(np.linalg.norm(read["position"](moment.y) - self.goal(moment)[:2]))
         a, b = np.round(np.degrees(read["tilt"](moment.y)), 1) + 0.0
         return (f"{away:.2f} m from the point   tilt ({a:.1f}, {b:.1f}) deg",)
+
+
+def driven(radius: float) -> dict[str, views.Arrow]:
+    """Look of force and velocity of a ball of this radius [m]."""
+    width = 0.12 * radius
+    return {
+        "input": views.Arrow(meshes.INPUT, width, "force"),
+        "velocity": views.Arrow(meshes.SKY, width, "v"),
+    }
 
 
 # Meshes, each made once in a process.

@@ -2,6 +2,7 @@
 
 import functools
 import math
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,10 +14,123 @@ from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.tasks.core import Moment
 from rigid_envs.watch import meshes, views
 
+# Meshes, each made once in a process.
+
+TO_X = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # rotation of z to x
+TO_Y = TO_X @ TO_X  # of z to y
+HALF_TURN = np.diag([-1.0, -1.0, 1.0])  # about z
+_ENDS = [meshes.LIGHT, meshes.STEEL]
+_DISH = [(0.0, 0.0), (0.03, 0.0), (0.05, 0.08), (0.22, 0.18), (0.21, 0.19), (0.0, 0.09)]
+
+
+@functools.cache
+def book() -> meshes.Mesh:
+    """Book, its spine at -y, the title on +z."""
+    cover = [meshes.BLUE] * 4
+    boards = [
+        meshes.moved(meshes.box((1.7, 1.16, 0.05), [*cover, color, color]), (0.0, 0.0, z))
+        for z, color in ((0.15, meshes.BLUE), (-0.15, meshes.ORANGE))
+    ]
+    pages = meshes.moved(meshes.box((1.6, 1.08, 0.25), [meshes.CREAM]), (0.0, -0.01, 0.0))
+    spine = meshes.moved(meshes.box((1.7, 0.05, 0.25), [meshes.BLUE]), (0.0, -0.555, 0.0))
+    title = meshes.moved(meshes.box((0.9, 0.22, 0.02), [meshes.YELLOW]), (0.0, 0.25, 0.18))
+    author = meshes.moved(meshes.box((0.5, 0.1, 0.02), [meshes.CREAM]), (0.0, -0.2, 0.18))
+    back = meshes.moved(meshes.box((0.4, 0.4, 0.02), [meshes.CREAM]), (-0.5, -0.25, -0.18))
+    return meshes.join(*boards, pages, spine, title, author, back)
+
+
+@functools.cache
+def t_handle() -> meshes.Mesh:
+    """T-handle: crossbar along x, stem along y, its ends of different colours."""
+    red = meshes.moved(_rod(0.85, 0.13, meshes.RED), rotation=TO_X)
+    blue = meshes.moved(_rod(0.85, 0.13, meshes.SKY), rotation=HALF_TURN @ TO_X)
+    stem = meshes.moved(_rod(1.0, 0.13, meshes.GREY), rotation=TO_Y)
+    band = meshes.moved(meshes.cylinder(0.145, 0.16, meshes.YELLOW, 24), (0.0, 0.72, 0.0), TO_Y)
+    return meshes.moved(meshes.join(red, blue, stem, band), (0.0, -0.2, 0.0))
+
+
+@functools.cache
+def tennis_racket() -> meshes.Mesh:
+    """Tennis racket: handle towards -x, face across z, the sides of its head in two colours."""
+    angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 25)
+    half = np.stack([0.5 * np.sin(angle) + 0.45, 0.4 * np.cos(angle), 0.0 * angle], axis=-1)
+    right = meshes.tube(half, 0.045, meshes.RED, 10)
+    left = meshes.tube(half * (1.0, -1.0, 1.0), 0.045, meshes.BLUE, 10)
+    shaft = meshes.moved(meshes.frustum(0.04, 0.05, 0.35, meshes.DARK, 12), (-0.35, 0.0, 0.0), TO_X)
+    throat = [
+        meshes.tube([(-0.06, 0.0, 0.0), (0.12, 0.3 * side, 0.0)], 0.035, meshes.DARK, 8)
+        for side in (-1, 1)
+    ]
+    grip = meshes.moved(meshes.cylinder(0.075, 0.62, meshes.YELLOW, 16), (-0.62, 0.0, 0.0), TO_X)
+    return meshes.join(right, left, shaft, *throat, grip, *_strings())
+
+
+@functools.cache
+def satellite() -> meshes.Mesh:
+    """Satellite: golden body, panels along x, a dish at +z, a nozzle at -z, a red lamp at +y."""
+    body = meshes.box(
+        (0.5, 0.6, 0.5), [meshes.ORANGE, meshes.ORANGE, meshes.YELLOW, meshes.YELLOW, *_ENDS]
+    )
+    wings = []
+    for side in (-1.0, 1.0):
+        arm = meshes.moved(
+            meshes.cylinder(0.03, 0.2, meshes.GREY, 10), (0.34 * side, 0.0, 0.0), TO_X
+        )
+        cells = [
+            meshes.moved(
+                meshes.box((0.2, 0.62, 0.03), [meshes.BLUE]), (side * (0.53 + 0.22 * k), 0.0, 0.0)
+            )
+            for k in range(3)
+        ]
+        frame = meshes.moved(
+            meshes.box((0.68, 0.66, 0.02), [meshes.LIGHT]), (side * 0.75, 0.0, 0.0)
+        )
+        wings += [arm, frame, *cells]
+    dish = meshes.moved(meshes.lathe(_DISH, meshes.CREAM, 24), (0.0, 0.0, 0.25))
+    nozzle = meshes.moved(meshes.frustum(0.14, 0.07, 0.15, meshes.DARK, 20), (0.0, 0.0, -0.39))
+    lamp = meshes.moved(meshes.cylinder(0.07, 0.06, meshes.RED, 16), (0.0, 0.33, 0.0), TO_Y)
+    return meshes.join(body, *wings, dish, nozzle, lamp)
+
+
+@functools.cache
+def graticule() -> meshes.Mesh:
+    """Equator and two meridians of the unit sphere, thin."""
+    hoop = meshes.loop(meshes.circle(61)[:-1], 0.004, meshes.LIGHT, 3)
+    return meshes.join(hoop, meshes.moved(hoop, rotation=TO_X), meshes.moved(hoop, rotation=TO_Y))
+
+
+@functools.cache
+def spin_arrow() -> meshes.Mesh:
+    """Arrow of length 1 along z: an angular velocity that is to be reached."""
+    profile = [(0.0, 0.0), (0.035, 0.0), (0.035, 0.84), (0.085, 0.84), (0.0, 1.0)]
+    return meshes.lathe(profile, meshes.GREEN, 20)
+
+
+def _rod(length: float, radius: float, color: meshes.Color) -> meshes.Mesh:
+    """Round bar from the origin along z, its end rounded."""
+    edge = 0.25 * radius
+    profile = [(0.0, 0.0), (radius, 0.0), (radius, length - edge), (radius - edge, length)]
+    return meshes.lathe([*profile, (0.0, length)], color, 24)
+
+
+def _strings() -> list[meshes.Mesh]:
+    """Strings of the racket, in the ellipse of its head."""
+    lines = []
+    for x in (0.1 * k for k in range(-4, 5)):
+        y = 0.4 * math.sqrt(1.0 - (x / 0.5) ** 2)
+        lines.append([(0.45 + x, -y, 0.0), (0.45 + x, y, 0.0)])
+    for y in (0.1 * k for k in range(-3, 4)):
+        x = 0.5 * math.sqrt(1.0 - (y / 0.4) ** 2)
+        lines.append([(0.45 - x, y, 0.0), (0.45 + x, y, 0.0)])
+    return [meshes.tube(line, 0.008, meshes.STEEL, 3) for line in lines]
+
+
 # Views of free bodies: they float inside a faint sphere, on which the tip of an axis writes.
 
 SPHERE = 1.5  # radius of the sphere, and length of omega at its reference rate [m]
 LONGEST = 2.1  # arrow that is still in the picture [m]
+OUTSIDE = 0.25  # distance of the arrow of the input from the middle [m]
+LARGER = 1.3  # ghost of a body, which it hides where they coincide
 
 
 def sides(moments: npt.ArrayLike) -> Array:
@@ -39,10 +153,12 @@ class FreeBodyView(views.View):
     Attributes:
         axis: body axis whose tip leaves a path on the sphere.
         goal: axis along which omega is to point, in body axes; None for none.
+        shape: mesh that is shown where I1 <= I2 <= I3, of nominal size; None for a box.
     """
 
     axis: ClassVar[tuple[float, float, float]] = (1.0, 0.0, 0.0)
     goal: ClassVar[tuple[float, float, float] | None] = None
+    shape: ClassVar[Callable[[], meshes.Mesh] | None] = None
 
     @property
     def rate(self) -> float:
@@ -59,15 +175,11 @@ class FreeBodyView(views.View):
         """Input that is drawn 1.2 m long [N m]."""
         return float(getattr(self.task, "torque", 1.0))
 
-    def shape(self) -> meshes.Mesh | None:
-        """Mesh that is shown where I1 <= I2 <= I3, of nominal size; None for a box."""
-        return None
-
     def body(self) -> tuple[meshes.Mesh, tuple[float, float, float]]:
         """Mesh of the body, and its scale."""
-        moments, mesh = self.system.moments, self.shape()
-        if mesh is not None and np.all(np.diff(moments) >= 0.0):
-            return mesh, (1.0, 1.0, 1.0)
+        moments, shape = self.system.moments, type(self).shape
+        if shape is not None and np.all(np.diff(moments) >= 0.0):
+            return shape(), (1.0, 1.0, 1.0)
         x, y, z = sides(moments).tolist()
         return meshes.brick(), (x, y, z)
 
@@ -109,16 +221,18 @@ class FreeBodyView(views.View):
         return poses
 
     def arrows(self, moment: Moment) -> views.Arrows:
-        """All from the middle."""
+        """Both from the middle; the input stands out of the body."""
         read, centre = self.system.accessors, (0.0, 0.0, 0.0)
         torque = rotations.rotate(read["q"](moment.y), moment.u)
+        push = views.scaled(torque, 1.2 / self.strongest, LONGEST)
+        outside = OUTSIDE * push / max(float(np.linalg.norm(push)), 1e-12)
         return {
             "L": (centre, views.scaled(read["L_world"](moment.y), SPHERE / self.momentum, LONGEST)),
             "omega": (
                 centre,
                 views.scaled(read["omega_world"](moment.y), SPHERE / self.rate, LONGEST),
             ),
-            "input": (centre, views.scaled(torque, 1.2 / self.strongest, LONGEST)),
+            "input": (outside, push),
         }
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
@@ -148,25 +262,19 @@ class IntermediateAxisRandomView(FreeBodyView):
 class IntermediateAxisView(IntermediateAxisRandomView):
     """A tennis racket whose spin is to be about e2."""
 
-    def shape(self) -> meshes.Mesh | None:
-        """The body."""
-        return tennis_racket()
+    shape = staticmethod(tennis_racket)
 
 
 class IntermediateAxisSingleView(IntermediateAxisView):
     """A book whose spin is to be about e2."""
 
-    def shape(self) -> meshes.Mesh | None:
-        """The body."""
-        return book()
+    shape = staticmethod(book)
 
 
 class SpinCaptureView(IntermediateAxisView):
     """A T-handle whose spin is to be about e2."""
 
-    def shape(self) -> meshes.Mesh | None:
-        """The body."""
-        return t_handle()
+    shape = staticmethod(t_handle)
 
 
 class AxisFlipView(SpinCaptureView):
@@ -183,9 +291,7 @@ class AxisFlipView(SpinCaptureView):
 class DetumbleView(FreeBodyView):
     """A tumbling satellite; L begins within the sphere and is to become 0."""
 
-    def shape(self) -> meshes.Mesh | None:
-        """The body."""
-        return satellite()
+    shape = staticmethod(satellite)
 
     @property
     def rate(self) -> float:
@@ -219,11 +325,11 @@ class DetumbleView(FreeBodyView):
 
 
 class ReorientView(FreeBodyView):
-    """A satellite, and its goal attitude as a ghost."""
+    """A satellite, and its goal attitude as a larger ghost."""
 
-    def shape(self) -> meshes.Mesh | None:
-        """The body."""
-        return satellite()
+    axis = (0.0, 0.0, 1.0)
+
+    shape = staticmethod(satellite)
 
     @property
     def rate(self) -> float:
@@ -241,7 +347,9 @@ class ReorientView(FreeBodyView):
     def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """Also the ghost."""
         q = self.goal_attitude(moment)
-        return super().poses(moment) | {"goal": views.Pose(q=q, scale=self.scale)}
+        x, y, z = self.scale
+        size = (LARGER * x, LARGER * y, LARGER * z)
+        return super().poses(moment) | {"goal": views.Pose(q=q, scale=size)}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Angle to the goal, and rate."""
@@ -359,120 +467,3 @@ def _turn_down(direction: Array) -> Array:
     x, y, z = direction / np.linalg.norm(direction)
     q = np.array([1.0 - z, -y, x, 0.0])
     return rotations.normalize(q) if np.linalg.norm(q) > 1e-6 else np.array([0.0, 1.0, 0.0, 0.0])
-
-
-# Meshes, each made once in a process.
-
-TO_X = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])  # rotation of z to x
-TO_Y = TO_X @ TO_X  # of z to y
-HALF_TURN = np.diag([-1.0, -1.0, 1.0])  # about z
-_ENDS = [meshes.LIGHT, meshes.STEEL]
-_DISH = [(0.0, 0.0), (0.03, 0.0), (0.05, 0.08), (0.22, 0.18), (0.21, 0.19), (0.0, 0.09)]
-
-
-@functools.cache
-def book() -> meshes.Mesh:
-    """Book, its spine at -y, the title on +z."""
-    cover = [meshes.BLUE] * 4
-    boards = [
-        meshes.moved(meshes.box((1.7, 1.16, 0.05), [*cover, color, color]), (0.0, 0.0, z))
-        for z, color in ((0.15, meshes.BLUE), (-0.15, meshes.ORANGE))
-    ]
-    pages = meshes.moved(meshes.box((1.6, 1.08, 0.25), [meshes.CREAM]), (0.0, -0.01, 0.0))
-    spine = meshes.moved(meshes.box((1.7, 0.05, 0.25), [meshes.BLUE]), (0.0, -0.555, 0.0))
-    title = meshes.moved(meshes.box((0.9, 0.22, 0.02), [meshes.YELLOW]), (0.0, 0.25, 0.18))
-    author = meshes.moved(meshes.box((0.5, 0.1, 0.02), [meshes.CREAM]), (0.0, -0.2, 0.18))
-    back = meshes.moved(meshes.box((0.4, 0.4, 0.02), [meshes.CREAM]), (-0.5, -0.25, -0.18))
-    return meshes.join(*boards, pages, spine, title, author, back)
-
-
-@functools.cache
-def t_handle() -> meshes.Mesh:
-    """T-handle: crossbar along x, stem along y, its ends of different colours."""
-    red = meshes.moved(_rod(0.85, 0.13, meshes.RED), rotation=TO_X)
-    blue = meshes.moved(_rod(0.85, 0.13, meshes.SKY), rotation=HALF_TURN @ TO_X)
-    stem = meshes.moved(_rod(1.0, 0.13, meshes.GREY), rotation=TO_Y)
-    band = meshes.moved(meshes.cylinder(0.145, 0.16, meshes.YELLOW, 24), (0.0, 0.72, 0.0), TO_Y)
-    return meshes.moved(meshes.join(red, blue, stem, band), (0.0, -0.2, 0.0))
-
-
-@functools.cache
-def tennis_racket() -> meshes.Mesh:
-    """Tennis racket: handle towards -x, face across z, the sides of its head in two colours."""
-    angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 25)
-    half = np.stack([0.5 * np.sin(angle) + 0.45, 0.4 * np.cos(angle), 0.0 * angle], axis=-1)
-    right = meshes.tube(half, 0.045, meshes.RED, 10)
-    left = meshes.tube(half * (1.0, -1.0, 1.0), 0.045, meshes.BLUE, 10)
-    shaft = meshes.moved(meshes.frustum(0.04, 0.05, 0.35, meshes.DARK, 12), (-0.35, 0.0, 0.0), TO_X)
-    throat = [
-        meshes.tube([(-0.06, 0.0, 0.0), (0.12, 0.3 * side, 0.0)], 0.035, meshes.DARK, 8)
-        for side in (-1, 1)
-    ]
-    grip = meshes.moved(meshes.cylinder(0.075, 0.62, meshes.YELLOW, 16), (-0.62, 0.0, 0.0), TO_X)
-    return meshes.join(right, left, shaft, *throat, grip, *_strings())
-
-
-@functools.cache
-def satellite() -> meshes.Mesh:
-    """Satellite: golden body, panels along x, a dish at +z, a nozzle at -z, a red lamp at +y."""
-    body = meshes.box(
-        (0.5, 0.6, 0.5), [meshes.ORANGE, meshes.ORANGE, meshes.YELLOW, meshes.YELLOW, *_ENDS]
-    )
-    wings = []
-    for side in (-1.0, 1.0):
-        arm = meshes.moved(
-            meshes.cylinder(0.03, 0.2, meshes.GREY, 10), (0.34 * side, 0.0, 0.0), TO_X
-        )
-        cells = [
-            meshes.moved(
-                meshes.box((0.2, 0.62, 0.03), [meshes.BLUE]), (side * (0.53 + 0.22 * k), 0.0, 0.0)
-            )
-            for k in range(3)
-        ]
-        frame = meshes.moved(
-            meshes.box((0.68, 0.66, 0.02), [meshes.LIGHT]), (side * 0.75, 0.0, 0.0)
-        )
-        wings += [arm, frame, *cells]
-    dish = meshes.moved(meshes.lathe(_DISH, meshes.CREAM, 24), (0.0, 0.0, 0.25))
-    nozzle = meshes.moved(meshes.frustum(0.14, 0.07, 0.15, meshes.DARK, 20), (0.0, 0.0, -0.39))
-    lamp = meshes.moved(meshes.cylinder(0.07, 0.06, meshes.RED, 16), (0.0, 0.33, 0.0), TO_Y)
-    return meshes.join(body, *wings, dish, nozzle, lamp)
-
-
-@functools.cache
-def graticule() -> meshes.Mesh:
-    """Equator and two meridians of the unit sphere, thin."""
-    hoop = meshes.loop(meshes.circle(61)[:-1], 0.004, meshes.LIGHT, 3)
-    return meshes.join(hoop, meshes.moved(hoop, rotation=TO_X), meshes.moved(hoop, rotation=TO_Y))
-
-
-@functools.cache
-def spin_arrow() -> meshes.Mesh:
-    """Arrow of length 1 along z: an angular velocity that is to be reached."""
-    profile = [(0.0, 0.0), (0.035, 0.0), (0.035, 0.84), (0.085, 0.84), (0.0, 1.0)]
-    return meshes.lathe(profile, meshes.GREEN, 20)
-
-
-def _rod(length: float, radius: float, color: meshes.Color) -> meshes.Mesh:
-    """Round bar from the origin along z, its end rounded."""
-    edge = 0.25 * radius
-    profile = [(0.0, 0.0), (radius, 0.0), (radius, length - edge), (radius - edge, length)]
-    return meshes.lathe([*profile, (0.0, length)], color, 24)
-
-
-def _strings() -> list[meshes.Mesh]:
-    """Strings of the racket, in the ellipse of its head."""
-    strings = []
-    for k in range(-4, 5):
-        x = 0.1 * k
-        y = 0.4 * math.sqrt(1.0 - (x / 0.5) ** 2)
-        strings.append(
-            meshes.tube([(0.45 + x, -y, 0.0), (0.45 + x, y, 0.0)], 0.008, meshes.STEEL, 3)
-        )
-    for k in range(-3, 4):
-        y = 0.1 * k
-        x = 0.5 * math.sqrt(1.0 - (y / 0.4) ** 2)
-        strings.append(
-            meshes.tube([(0.45 - x, y, 0.0), (0.45 + x, y, 0.0)], 0.008, meshes.STEEL, 3)
-        )
-    return strings

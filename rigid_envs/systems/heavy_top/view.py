@@ -93,19 +93,15 @@ class HeavyTopView(views.View):
             "dome": views.Pose(pivot, scale=(self.size * HEIGHT,) * 3),
         }
 
-    def torque(self, moment: Moment) -> Array:
-        """Torque of the input in world axes [N m], shape (3,)."""
-        turned = rotations.rotate(self.system.accessors["q"](moment.y), moment.u[:3])
-        return np.asarray(turned + moment.u[3:6])
-
     def arrows(self, moment: Moment) -> views.Arrows:
         """All from the tip; L is drawn longer than omega, with which it often coincides."""
         read, tip = self.system.accessors, self.tip(moment)
         L = float(self.system.I3) * self.spin
+        torque = rotations.rotate(read["q"](moment.y), moment.u[:3]) + moment.u[3:6]
         return {
             "L": (tip, views.scaled(read["L_world"](moment.y), 1.1 / L, 1.6)),
             "omega": (tip, views.scaled(read["omega_world"](moment.y), 0.6 / self.spin, 1.2)),
-            "input": (tip, views.scaled(self.torque(moment), 0.9 / self.strongest, 1.2)),
+            "input": (tip, views.scaled(torque, 0.9 / self.strongest, 1.2)),
         }
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
@@ -128,7 +124,9 @@ class HeavyTopView(views.View):
 class SleepingTopView(HeavyTopView):
     """A top that is to stand upright: a green rod, and a ring in which the tip is to be."""
 
-    tolerance: ClassVar[str] = "tolerance"
+    def angle(self, moment: Moment) -> float:
+        """Tilt of the tip on the ring [rad]."""
+        return float(self.task.tolerance)
 
     def parts(self) -> dict[str, views.Part]:
         """Also rod and ring."""
@@ -136,8 +134,8 @@ class SleepingTopView(HeavyTopView):
         return super().parts() | goals
 
     def poses(self, moment: Moment) -> dict[str, views.Pose]:
-        """The ring has the radius of the tolerance."""
-        pivot, angle = self.pivot(moment), float(getattr(self.task, self.tolerance))
+        """The ring is where the tip is at its angle."""
+        pivot, angle = self.pivot(moment), self.angle(moment)
         size = self.size * HEIGHT
         wide, high = size * math.sin(angle), size * math.cos(angle)
         return super().poses(moment) | {
@@ -154,7 +152,10 @@ class PivotTopView(SleepingTopView):
     """A top on a carriage in its arena, whose acceleration is the input."""
 
     size = 1.6
-    tolerance = "tilt_tolerance"
+
+    def angle(self, moment: Moment) -> float:
+        """The tolerance."""
+        return float(self.task.tilt_tolerance)
 
     @property
     def strongest(self) -> float:
@@ -215,23 +216,22 @@ class PivotTopView(SleepingTopView):
         return (*super().readings(moment), f"pivot {away:.2f} m from the middle")
 
 
-class TopPrecessionView(HeavyTopView):
+class TopPrecessionView(SleepingTopView):
     """A top whose axis is to move on a cone of the commanded tilt."""
 
+    def angle(self, moment: Moment) -> float:
+        """The commanded tilt."""
+        return moment.aux["goal_tilt"]
+
     def parts(self) -> dict[str, views.Part]:
-        """Also the cone and its rim."""
-        goals = {"goal": views.ghost(goal_cone(), 0.2), "goal_ring": views.ghost(goal_hoop(), 0.9)}
-        return super().parts() | goals
+        """A cone for the rod."""
+        return super().parts() | {"goal": views.ghost(goal_cone(), 0.2)}
 
     def poses(self, moment: Moment) -> dict[str, views.Pose]:
-        """The cone has the commanded tilt."""
-        angle = moment.aux["goal_tilt"]
-        size = self.size * HEIGHT
+        """The cone ends at the ring."""
+        size, angle = self.size * HEIGHT, self.angle(moment)
         wide, high = size * math.sin(angle), size * math.cos(angle)
-        return super().poses(moment) | {
-            "goal": views.Pose(scale=(wide, wide, high)),
-            "goal_ring": views.Pose((0.0, 0.0, high), scale=(wide, wide, 1.0)),
-        }
+        return super().poses(moment) | {"goal": views.Pose(scale=(wide, wide, high))}
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Also the commanded tilt."""
@@ -272,10 +272,8 @@ def _axis_sphere(y: Array, times: Array) -> views.Panel:
 @functools.cache
 def dome() -> meshes.Mesh:
     """Equator and two meridians of the upper half of the unit sphere, thin."""
-    angle = np.linspace(0.0, math.pi, 31)
-    arc = np.stack([np.cos(angle), 0.0 * angle, np.sin(angle)], axis=-1)
-    other = arc[:, [1, 0, 2]]
-    bars = [meshes.tube(half, 0.004, meshes.LIGHT, 3) for half in (arc, other)]
+    arc = meshes.circle(61)[:31]
+    bars = [meshes.tube(arc[:, axes], 0.004, meshes.LIGHT, 3) for axes in ([0, 2, 1], [2, 0, 1])]
     return meshes.join(meshes.loop(meshes.circle(31)[:-1], 0.004, meshes.LIGHT, 3), *bars)
 
 
@@ -290,7 +288,9 @@ def goal_cone() -> meshes.Mesh:
     """Open cone from the origin to the unit circle at z = 1, seen from both sides."""
     around, up = meshes.circle(49), np.array([0.0, 0.0, 1.0])
     rim, outward = around + up, around - up
-    return _two_sided(meshes.grid([0.0 * rim, rim], [outward, outward], meshes.GREEN))
+    mesh = meshes.grid([0.0 * rim, rim], [outward, outward], meshes.GREEN)
+    inside = meshes.Mesh(mesh.vertices, -mesh.normals, mesh.colors, mesh.triangles[:, ::-1])
+    return meshes.join(mesh, inside)
 
 
 @functools.cache
@@ -317,9 +317,3 @@ def puck() -> meshes.Mesh:
     """Sliding carriage of height 0.2 whose upper face is at z = 0."""
     profile = [(0.0, -0.2), (0.42, -0.2), (0.45, -0.16), (0.45, -0.1), (0.14, -0.04), (0.0, 0.0)]
     return meshes.lathe(profile, meshes.STEEL, 32)
-
-
-def _two_sided(mesh: meshes.Mesh) -> meshes.Mesh:
-    """The mesh and its reverse: an open surface that is seen from both sides."""
-    back = meshes.Mesh(mesh.vertices, -mesh.normals, mesh.colors, mesh.triangles[:, ::-1])
-    return meshes.join(mesh, back)

@@ -155,12 +155,8 @@ class RollPumpView(RollerView):
 @functools.cache
 def spoked_wheel() -> meshes.Mesh:
     """Wheel of radius 1 about z with six spokes and a red mark at +y."""
-    spokes = []
-    for k in range(6):
-        x, y = math.cos(k * math.pi / 3.0), math.sin(k * math.pi / 3.0)
-        spokes.append(
-            meshes.tube([(0.1 * x, 0.1 * y, 0.0), (0.9 * x, 0.9 * y, 0.0)], 0.03, meshes.GREY, 8)
-        )
+    ways = meshes.circle(7)[:-1]
+    spokes = [meshes.tube([0.1 * way, 0.9 * way], 0.03, meshes.GREY, 8) for way in ways]
     rim = meshes.ring(0.86, 1.0, 0.3, meshes.STEEL, 72)
     return meshes.join(rim, meshes.cylinder(0.14, 0.4, meshes.DARK, 24), *spokes, meshes.mark(0.34))
 
@@ -204,13 +200,9 @@ def _arc(first: float, last: float, color: meshes.Color) -> meshes.Mesh:
     out = np.stack([np.sin(angle), 0.0 * angle, -np.cos(angle)], axis=-1)
     side = np.array([0.0, 0.5, 0.0])
     inner, outer = out, 1.03 * out
-    sheets = [
-        meshes.grid([inner - side, inner + side], [-out, -out], color),
-        meshes.grid([outer + side, outer - side], [out, out], color),
-    ]
-    for s, rows in ((-1.0, (outer, inner)), (1.0, (inner, outer))):
-        normal = np.broadcast_to([0.0, s, 0.0], (2, 3, 3))
-        sheets.append(meshes.grid([rows[0] + s * side, rows[1] + s * side], normal, color))
+    edges = [inner - side, inner + side, outer + side, outer - side]
+    normals = [-out, 0.0 * out + side, out, 0.0 * out - side]
+    sheets = [meshes.grid([edges[k - 1], edges[k]], [normals[k - 1]] * 2, color) for k in range(4)]
     for k, s in ((0, -1.0), (-1, 1.0)):
         along = s * np.array([math.cos(angle[k]), 0.0, math.sin(angle[k])])
         near, far = (inner[k], outer[k]) if s < 0 else (outer[k], inner[k])

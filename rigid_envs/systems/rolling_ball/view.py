@@ -61,14 +61,10 @@ class BallView(views.View):
         """Chequered, a metre a cell."""
         return views.Floor(0.0, 40.0, 1.0)
 
-    def ball_pose(self, moment: Moment) -> views.Pose:
-        """Pose of the ball."""
-        q = self.system.accessors["q"](moment.y)
-        return views.Pose(self.centre(moment), q, (self.radius,) * 3)
-
     def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The ball."""
-        return {"ball": self.ball_pose(moment)}
+        q = self.system.accessors["q"](moment.y)
+        return {"ball": views.Pose(self.centre(moment), q, (self.radius,) * 3)}
 
     def arrows(self, moment: Moment) -> views.Arrows:
         """The input, from the side of the ball to which it points."""
@@ -83,17 +79,6 @@ class BallView(views.View):
         down, q = -self.normal(moment), self.system.accessors["q"](moment.y)
         foot = self.centre(moment) + 0.985 * self.radius * down
         return {"path": foot, "on_ball": OUTSIDE * rotations.rotate_inverse(q, down)}
-
-    def upright_goal(self) -> dict[str, views.Part]:
-        """Ghost of the ball."""
-        return {"goal": views.ghost(octant_ball())}
-
-    def off_goal(self, moment: Moment, position: npt.ArrayLike, q: npt.ArrayLike) -> str:
-        """Distance and angle from a goal, as a reading."""
-        read = self.system.accessors
-        away = float(np.linalg.norm(read["position"](moment.y) - np.asarray(position)))
-        angle = float(np.degrees(rotations.distance(read["q"](moment.y), q)))
-        return f"{away:.2f} m and {angle:.0f} deg from the goal"
 
 
 class RollingBallView(BallView):
@@ -112,6 +97,8 @@ class RollingBallView(BallView):
 class BallParkView(RollingBallView):
     """A ball that is to be parked upright at the origin, where its ghost stands."""
 
+    steered = "ball"
+
     def camera(self) -> views.Camera:
         """The start square and room for manoeuvres."""
         far = 9.6 + 1.6 * self.task.start_half_width
@@ -119,7 +106,7 @@ class BallParkView(RollingBallView):
 
     def parts(self) -> dict[str, views.Part]:
         """Also the ghost."""
-        return super().parts() | self.upright_goal()
+        return super().parts() | {"goal": views.ghost(octant_ball())}
 
     def goal(self, moment: Moment) -> tuple[npt.ArrayLike, npt.ArrayLike]:
         """Position [m] and attitude of the goal."""
@@ -133,11 +120,10 @@ class BallParkView(RollingBallView):
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """How far the goal is."""
-        return (self.off_goal(moment, *self.goal(moment)),)
-
-
-class BallReorientView(BallParkView):
-    """A ball that is to come back to where it started, upright."""
+        read, (position, q) = self.system.accessors, self.goal(moment)
+        away = float(np.linalg.norm(read["position"](moment.y) - np.asarray(position)))
+        angle = float(np.degrees(rotations.distance(read["q"](moment.y), q)))
+        return (f"{away:.2f} m and {angle:.0f} deg from the goal",)
 
 
 class BallParkGoalView(BallParkView):

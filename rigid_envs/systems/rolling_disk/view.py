@@ -56,18 +56,14 @@ class RollingDiskView(views.View):
             "disk": views.Pose(read["centre"](moment.y), read["q"](moment.y), (self.radius,) * 3)
         }
 
-    def torque(self, moment: Moment) -> Array:
-        """Torque in world axes [N m], shape (3,), of which the input has the components."""
-        along = self.along(moment)
-        axis = rotations.rotate(self.system.accessors["q"](moment.y), (0.0, 0.0, 1.0))
-        steer, lean, drive = moment.u
-        return np.asarray(steer * np.cross(along, axis) + lean * along + drive * axis)
-
     def arrows(self, moment: Moment) -> views.Arrows:
         """Both from the centre."""
-        read, r = self.system.accessors, self.radius
+        read, r, along = self.system.accessors, self.radius, self.along(moment)
         centre, rate = read["centre"](moment.y), math.sqrt(self.system.g / r)
-        torque = views.scaled(self.torque(moment), 1.8 * r / getattr(self.task, "torque", 1.0))
+        axis = rotations.rotate(read["q"](moment.y), (0.0, 0.0, 1.0))
+        steer, lean, drive = moment.u
+        torque = steer * np.cross(along, axis) + lean * along + drive * axis
+        torque = views.scaled(torque, 1.8 * r / getattr(self.task, "torque", 1.0))
         omega = views.scaled(read["omega_world"](moment.y), 1.5 * r / rate, 3.0 * r)
         return {"omega": (centre, omega), "input": (centre, torque)}
 

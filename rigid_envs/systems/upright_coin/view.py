@@ -81,6 +81,8 @@ class UprightCoinView(views.View):
 class CoinParkView(UprightCoinView):
     """A coin that is to be parked at the origin, where its ghost stands."""
 
+    steered = "coin"
+
     def parts(self) -> dict[str, views.Part]:
         """Also the ghost."""
         return super().parts() | {"goal": views.ghost(coin(), 0.35)}

@@ -1,11 +1,13 @@
 """Films and pictures of pages."""
 
 import hashlib
-import itertools
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -13,30 +15,89 @@ import rigid_envs
 from rigid_envs.base import files
 from rigid_envs.base.checks import ConfigError, Image
 from rigid_envs.engine.provenance import heading, provenance
-from rigid_envs.scores.policies import from_controller, reference_controllers
+from rigid_envs.scores.policies import policy_of
 from rigid_envs.scores.starts import evaluation_seeds
-from rigid_envs.tools.pages.tables import table
+from rigid_envs.scores.trained import load
+from rigid_envs.tools.pages.tables import summary_of, table
 from rigid_envs.tools.pages.writing import between, film_of, marks
 from rigid_envs.watch.drawing import Look
-from rigid_envs.watch.films import Played, episode_pictures, play_episode, write_film
-from rigid_envs.watch.pictures import pillow, tiled
+from rigid_envs.watch.films import (
+    Played,
+    episode_pictures,
+    play_episode,
+    strip_height,
+    write_film,
+)
+from rigid_envs.watch.pictures import pillow, tiled, write
 
 # Short film of every environment for its page: `rigid-envs films`.
 #
-# A film shows a reference controller from the first start of the evaluation at which it succeeds.
+# A film has a title, and below it one to three episodes side by side, each under a line that says
+# who plays or what differs. The table says how each id is filmed.
 
 DATA = "films.json"
 SHEET = "contact_sheet.webp"
-"""One picture of all films, each at a third of its time."""
+"""One picture of all films, each at half its time."""
 MAX_BYTES = 250_000
-_SIZE = 320  # pixels
-_FPS = 12.0
-_LONGEST = 8.0  # [s] of film
-_FASTEST = 3.0  # times real time; what does not fit then is cut off
-_TRIED = 20  # starts
+WIDTH, HEIGHT = 396, 300  # pixels of every film
+_TITLE = 48  # pixels of the two lines above the pictures
+_FPS = 10.0
+_LONGEST = 7.0  # [s] of film before its end, which stays for a second
 _LIMIT = 2**20  # bytes of the data
-_SOURCES = ("watch/[!f]*.py", "watch/films.py", "systems/*/view.py")  # not `watch/figures.py`
-_ENTRY = {"file": str, "sha256": str, "sources": str, "shows": str, "seed": int}
+_SOURCES = ("watch/[!f]*.py", "watch/films.py", "systems/*/view.py", "tools/pages/films.py")
+_ENTRY = {"file": str, "sha256": str, "sources": str, "shows": list, "seeds": list}
+_SPEEDS = (0.25, 0.5, 1.0, 2.0, 3.0, 4.0)  # times real time
+
+
+class Shot(NamedTuple):
+    """How an id is filmed: what is seen from left to right.
+
+    Attributes:
+        players: names of policies, "reference", or "trained" for the published one.
+        starts: number of the start of each, of those of the evaluation.
+        until: time of the episodes at which the film ends [s]; infinity for their end.
+        camera: fields of `Camera` that differ from those of the scene.
+    """
+
+    players: tuple[str, ...] = ("reference",)
+    starts: tuple[int, ...] = (0,)
+    until: float = math.inf
+    camera: Mapping[str, Any] | None = None
+
+
+def _still(x: float, y: float, distance: float) -> Mapping[str, Any]:
+    """A camera that follows nothing, above a place [m]."""
+    return {"follow": None, "target": (x, y, 0.5), "distance": distance}
+
+
+_FREE, _TRAINED, _THREE = ("zero", "reference"), ("trained", "reference"), ("reference",) * 3
+_SHOTS = {
+    "IntermediateAxis": Shot(_FREE, (0, 0), 14.0),
+    "IntermediateAxisRandom": Shot(_THREE, (0, 2, 10), 5.0, {"distance": 8.6}),
+    "IntermediateAxisSingle": Shot(_FREE, (0, 0), 5.0),
+    "SpinCapture": Shot(_FREE, (0, 0), 26.0),
+    "AxisFlip": Shot(_FREE, (0, 0), 21.0),
+    "Detumble": Shot(_FREE, (0, 0), 3.0),
+    "Reorient": Shot(_TRAINED, (2, 2), 8.0),
+    "SleepingTop": Shot(_FREE, (4, 4), 5.0),
+    "SleepingTopRandom": Shot(("zero", *_THREE[:2]), (4, 4, 7), 5.0, {"distance": 8.6}),
+    "TopRandom": Shot(_FREE, (2, 2), 5.0),
+    "TopPrecession": Shot(_FREE, (0, 0), 7.0),
+    "PivotTop": Shot(_FREE, (4, 4), 5.0, {"distance": 10.0}),
+    "BallPark": Shot(_TRAINED, (0, 0)),
+    "BallParkGoal": Shot(_TRAINED, (0, 0), 2.5),
+    "BallParkRandom": Shot(_THREE, (0, 5, 9), camera={"distance": 17.0}),
+    "BallReorient": Shot(_TRAINED, (0, 0), camera={"distance": 11.0}),
+    "BallParkDynamic": Shot(_TRAINED, (0, 0)),
+    "BallSteer": Shot(_FREE, (2, 2), 14.0, _still(-2.2, -1.9, 15.0)),
+    "BallPlate": Shot(_FREE, (0, 0), 6.0),
+    "BallGrid": Shot(_TRAINED, (0, 0), camera={"distance": 17.0}),
+    "RollPump": Shot(camera={"distance": 13.0}),
+    "CoinPark": Shot(_TRAINED, (0, 0), camera={"distance": 9.0}),
+    "DiskRoll": Shot(_FREE, (2, 2), 14.0, _still(0.8, 3.2, 23.0)),
+    "DiskRollRandom": Shot(_THREE[:2], (3, 9), 14.0, _still(4.2, 0.0, 20.0)),
+}
+"""Films of our own ids, by name without version; others show the reference from the first start."""
 
 
 def sources_hash(*patterns: str) -> str:
@@ -65,15 +126,17 @@ def write_films(
     folder.mkdir(parents=True, exist_ok=True)
     films = _read(folder)
     for env_id in ids:
-        played, seed = _episode(env_id)
+        shot = _SHOTS.get(Path(film_of(env_id)).stem, Shot())
+        seeds = [evaluation_seeds(start + 1)[start] for start in shot.starts]
+        played = [_played(env_id, *each) for each in zip(shot.players, seeds, strict=True)]
         file = folder / film_of(env_id)
-        write_film(file, _pictures(played), _FPS, MAX_BYTES)
+        write_film(file, _pictures(shot, played), _FPS, MAX_BYTES)
         films[env_id] = {
             "file": file.name,
             "sha256": files.file_digest(file),
             "sources": sources_hash(*_SOURCES),
-            "shows": played.captioned()[1].label,
-            "seed": seed,
+            "shows": [each.captioned()[1].label for each in played],
+            "seeds": seeds,
         }
         report(f"{file}: {file.stat().st_size / 1e3:.0f} kB, {films[env_id]['shows']}")
     ordered = {env_id: films[env_id] for env_id in sorted(films)}
@@ -96,29 +159,41 @@ def stale_films(folder: Path, ids: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def _episode(env_id: str) -> tuple[Played, int]:
-    """Episode of the best reference controller, and seed: the first that succeeds, or the last."""
-    name, factory = next(iter(reference_controllers(env_id).items()))
-    policy = from_controller(factory)
-    for seed in evaluation_seeds(_TRIED):
-        played = play_episode(policy, env_id, seed, label=name)
-        if played.tally.success:
-            break
-    return played, seed
+def _played(env_id: str, player: str, seed: int) -> Played:
+    """An episode of a player from a start."""
+    source = load(env_id) if player == "trained" else player
+    policy = policy_of(env_id, source)
+    return play_episode(policy, env_id, seed, getattr(source, "env_kwargs", None), policy.name)
 
 
-def _pictures(played: Played) -> Iterator[Image]:
-    """Pictures in real time, or up to three times as fast where the episode is long.
+def _pictures(shot: Shot, played: Sequence[Played]) -> list[Image]:
+    """Pictures of a film: as slow or fast as one can follow, and the end for a second."""
+    task, parameters = played[0].task, [each.episode.parameters for each in played]
+    differ = [name for name in parameters[0] if len({each[name] for each in parameters}) > 1][:3]
+    duration = min(shot.until, task.dt * max(len(each.episode) for each in played))
+    speed = next((speed for speed in _SPEEDS if duration <= speed * _LONGEST), _SPEEDS[-1])
+    width = WIDTH // len(played)
+    look = Look(width, HEIGHT - _TITLE - strip_height(width), shot.camera or {}, text=False)
+    episodes = [(task, replace(each.episode, label=_label(each, differ))) for each in played]
+    shown = episode_pictures(episodes, look, fps=_FPS, speed=speed, hold=0.0)
+    times = "" if speed == 1.0 else f"{speed:g} x "
+    pace = f"{'slow motion, ' if speed < 1.0 else ''}{times}real time"
+    found = []
+    for k, picture in enumerate(islice(shown, math.ceil(duration / speed * _FPS) + 1)):
+        page = np.pad(picture, ((_TITLE, 0), (0, 0), (0, 0)), constant_values=255)
+        write(page, [f"{type(task).__name__}: {k * speed / _FPS:.1f} s ({pace})"], 15)
+        write(page[_TITLE // 2 :], [summary_of(type(task)).removesuffix(".")], 12)
+        found.append(page)
+    return [*found, *found[-1:] * round(_FPS)]
 
-    Moves on a grid, which have no time, take a quarter of a second.
-    """
-    duration = len(played.episode) * played.task.dt
-    speed = min(max(duration / _LONGEST, 1.0), _FASTEST)
-    if played.task.n_choices:
-        speed = 4.0 * played.task.dt
-    look = Look(width=_SIZE, height=_SIZE)
-    pictures = episode_pictures([played.captioned()], look, fps=_FPS, speed=speed)
-    yield from itertools.islice(pictures, int(_LONGEST * _FPS))
+
+def _label(played: Played, differ: Iterable[str]) -> str:
+    """What stands above a picture: parameters that differ, if any, else who plays and how well."""
+    if played.episode.label == "zero":
+        return "uncontrolled"
+    parameters = played.episode.parameters
+    text = ", ".join(f"{name} {parameters[name]:.2g}" for name in differ)
+    return text or played.captioned()[1].label
 
 
 def _sheet(films: Iterable[Path]) -> Image:
@@ -126,8 +201,8 @@ def _sheet(films: Iterable[Path]) -> Image:
     tiles = []
     for file in films:
         with pictures.open(file) as film:
-            film.seek(film.n_frames // 3)
-            tiles.append(np.asarray(film.convert("RGB").resize((_SIZE // 2, _SIZE // 2))))
+            film.seek(film.n_frames // 2)
+            tiles.append(np.asarray(film.convert("RGB").resize((WIDTH // 2, HEIGHT // 2))))
     return tiled(tiles)
 
 

@@ -380,7 +380,7 @@ def reference_section(env_id: str, task: Task) -> list[str | Table]:
     if found is None:
         return []
     names = [name for name in ENVIRONMENTS[env_id].metrics if name != "success"]
-    meanings = [_meaning(env_id, METRICS[name]) for name in names]
+    meanings = [_meaning(env_id, task, METRICS[name]) for name in names]
     lead = _INTRODUCTION.format(n=len(found.costs))
     return [lead, _table(task, names, found), _efficiency(env_id, task, found), *meanings,
             *_bound(env_id, found)]  # fmt: skip
@@ -403,9 +403,11 @@ def short_figure(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
 
 
-def _meaning(env_id: str, metric: Metric) -> str:
+def _meaning(env_id: str, task: Task, metric: Metric) -> str:
     """Definition of a metric, as an item of a list."""
     text, error = metric.text, ENVIRONMENTS[env_id].error
+    if metric.is_cost:
+        text = f"{task.cost_unit}, {text}"
     if metric.name == "error" and error is not None:
         text = text.replace("the error", f"the {error.text}", 1)
     whose = ", mean of the successes" if metric.of_successes else ""

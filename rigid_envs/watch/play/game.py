@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Image, integer
+from rigid_envs.base.checks import Array, Image, integer
 from rigid_envs.envs.lookup import checked_id, task_of
 from rigid_envs.scores.best import limit_of
 from rigid_envs.scores.evaluation import make_rows
@@ -27,7 +28,7 @@ from rigid_envs.watch.pictures import Window, check_display, font, load_pygame, 
 from rigid_envs.watch.play.steering import Hands, help_lines, keys_of
 from rigid_envs.watch.replays.recording import RecordReplay
 from rigid_envs.watch.replays.replay import PastEpisode, Replay
-from rigid_envs.watch.views import Interpolation, view_of
+from rigid_envs.watch.views import Interpolation, view_class
 
 # Episodes that somebody plays, in real time, beside the reference from the same start.
 
@@ -122,7 +123,9 @@ class Game:
     @property
     def moment(self) -> Moment:
         """What is to be seen now."""
-        return self._motion.at(self._share)
+        past = self.tally.episodes()
+        totals = float(past.returns[0]), float(past.costs[0])
+        return replace(self._motion.at(self._share), totals=totals)
 
     @property
     def score(self) -> str:
@@ -292,7 +295,7 @@ def _text(
 _SPEEDS = (1.0, 0.5, 0.25)
 _FPS = 60.0
 _LONGEST = 0.1  # time that passes between two pictures at most, whatever the machine does [s]
-_FURTHER, _FURTHEST = 1.6, 20.0  # factor of the distance of a camera; where it ends [m]
+_EDGE = 0.93  # place of an arrow to what is outside, in halves of the picture
 _TRACE = 1.0 / 30.0  # time between points of a trace [s]
 
 
@@ -417,13 +420,18 @@ class GameWindow:
         """
         game = self.game
         if self._drawing is None:
-            look = Look(self._size, self._size, _camera(game))
+            steered = view_class(type(game.task)).steered
+            look = Look(self._size, self._size, {"follow": steered} if steered else {})
             self._drawing = drawing_of(game.task, game.moment.parameters, look)
             self._traced = -1.0
         moment = game.moment
         extend = moment.time >= self._traced + _TRACE or moment.time < self._traced
         self._traced = moment.time if extend else self._traced
-        return page(self._drawing.picture(moment, extend), self._status(stick))
+        picture, view = self._drawing.picture(moment, extend), self._drawing.view
+        if view.steered:
+            place = self._drawing.place_of(view.frame(moment).poses["goal"].position)
+            picture = pointed(picture, place)
+        return page(picture, self._status(stick))
 
     def _pass(self, seconds: float, stick: npt.NDArray[np.float64]) -> None:
         """Let time pass: a new step where the last one has been shown."""
@@ -500,10 +508,21 @@ class GameWindow:
         ]
 
 
-def _camera(game: Game) -> dict[str, float]:
-    """A camera that stays behind stands further off, for hands go astray."""
-    camera = view_of(game.task, dict(game.moment.parameters)).scene.camera
-    rolls = {"position", "contact"} & set(game.task.system_type.components)
-    if camera.follow is not None or not rolls:
-        return {}
-    return {"distance": max(camera.distance, min(_FURTHER * camera.distance, _FURTHEST))}
+def pointed(picture: Image, place: Array) -> Image:
+    """The picture with an arrow at its edge to what is outside.
+
+    Args:
+        picture: RGB, shape (height, width, 3).
+        place: where that is, right and up of the middle, in halves of the picture.
+    """
+    away = float(np.abs(place).max())
+    if away <= 1.0:
+        return picture
+    pictures, _, pens = pillow()
+    image, half = pictures.fromarray(picture), 0.5 * np.array(picture.shape[1::-1])
+    tip = half + half * np.clip(place / away, -_EDGE, _EDGE) * (1.0, -1.0)
+    back = 0.1 * half.min() * place / np.linalg.norm(place) * (-1.0, 1.0)
+    side = 0.5 * back[::-1] * (-1.0, 1.0)
+    corners = (tip, tip + back + side, tip + 0.7 * back, tip + back - side)
+    pens.Draw(image).polygon([tuple(corner) for corner in corners], fill=_GOOD)
+    return np.array(image)

@@ -21,7 +21,7 @@ from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.meshes import Mesh
 from rigid_envs.watch.replays.replay import PastEpisode, Replay, moments
-from rigid_envs.watch.views import Panel, Scene, SceneFrame, View, view_class, view_of
+from rigid_envs.watch.views import Panel, Pose, Scene, SceneFrame, View, view_class, view_of
 
 # Curves that are plotted beside the motion: rates, tilt, errors of what is conserved, reward.
 
@@ -219,7 +219,7 @@ class Packer:
         self.meshes: list[dict[str, Any]] = []
         self._block = bytearray()
         self._places: dict[tuple[str, bytes], list[Any]] = {}
-        self._numbers: dict[int, tuple[int, Mesh]] = {}
+        self._numbers: dict[Mesh, int] = {}
 
     def array(self, values: npt.ArrayLike, kind: str = "f4") -> list[Any]:
         """Reference to an array, [kind, offset in bytes, number of entries]; rows follow rows."""
@@ -247,21 +247,10 @@ class Packer:
         }
 
     def _part(self, name: str, scene: Scene, frames: Sequence[SceneFrame]) -> dict[str, Any]:
-        part, poses = scene.parts[name], [frame.poses.get(name) for frame in frames]
-        missing = (np.nan,) * 4
-        rows: dict[str, list[npt.ArrayLike]] = {
-            "position": [missing[:3] if pose is None else pose.position for pose in poses],
-            "q": [missing if pose is None else pose.q for pose in poses],
-            "scale": [missing[:3] if pose is None else pose.scale for pose in poses],
-        }
-        return {
-            "name": name,
-            "mesh": self._mesh(part.mesh),
-            "opacity": part.opacity,
-            "shadow": part.shadow,
-            "shiny": part.shiny,
-            **{key: self._rows(values) for key, values in rows.items()},
-        }
+        part, gone = scene.parts[name], Pose((np.nan,) * 3, (np.nan,) * 4, (np.nan,) * 3)
+        columns = zip(*(frame.poses.get(name, gone) for frame in frames), strict=True)
+        rows = {key: self._rows(column) for key, column in zip(Pose._fields, columns, strict=True)}
+        return {"name": name, **part._asdict(), "mesh": self._mesh(part.mesh), **rows}
 
     def _arrow(self, name: str, scene: Scene, frames: Sequence[SceneFrame]) -> dict[str, Any]:
         arrow = scene.arrows[name]
@@ -291,8 +280,8 @@ class Packer:
 
     def _mesh(self, mesh: Mesh) -> int:
         """Number of a mesh."""
-        if id(mesh) not in self._numbers:  # kept, so that no other mesh gets its id
-            self._numbers[id(mesh)] = (len(self.meshes), mesh)
+        if mesh not in self._numbers:
+            self._numbers[mesh] = len(self.meshes)
             self.meshes.append(
                 {
                     "vertices": self.array(mesh.vertices),
@@ -301,7 +290,7 @@ class Packer:
                     "triangles": self.array(mesh.triangles, "u4"),
                 }
             )
-        return self._numbers[id(mesh)][0]
+        return self._numbers[mesh]
 
 
 # A page to watch replays in a browser: one file, without server or network.

@@ -88,6 +88,7 @@ class PastEpisode:
             reward=float(self.rewards[k - 1]) if begun else 0.0,
             cost=float(self.costs[k - 1]) if begun else 0.0,
             success=bool(begun and self.success[k - 1]),
+            totals=(float(self.rewards[:k].sum()), float(self.costs[:k].sum())),
             dynamics=task.system_type.dynamics,
         )
 

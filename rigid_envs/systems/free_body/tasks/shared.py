@@ -122,7 +122,10 @@ class SpinTask(TorqueTask):
 
 @dataclass(frozen=True)
 class PerturbedSpinTask(SpinTask):
-    """A task that starts beside a spin about the intermediate axis."""
+    """A task that starts beside a spin about the intermediate axis.
+
+    The perturbation lies in a ball of angular velocities.
+    """
 
     start_spread: float = setting(
         0.1, Number("radius of the ball of perturbations at the start", "rad/s", 0.0, 1e3)
