@@ -1,6 +1,5 @@
 """Trackers of experiments, which get what TensorBoard gets; imported where they are asked for."""
 
-import importlib
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -32,12 +31,15 @@ class Tracker(KVWriter):
 
 
 def _wandb(name: str, config: Mapping[str, Any]) -> Tracker:
-    run = importlib.import_module("wandb").init(project=_PROJECT, name=name, config=dict(config))
+    import wandb
+
+    run = wandb.init(project=_PROJECT, name=name, config=dict(config))
     return Tracker(run.log, run.finish)
 
 
 def _mlflow(name: str, config: Mapping[str, Any]) -> Tracker:
-    mlflow = importlib.import_module("mlflow")
+    import mlflow
+
     mlflow.set_experiment(_PROJECT)
     mlflow.start_run(run_name=name)
     mlflow.log_params(dict(config))

@@ -78,7 +78,7 @@ def beside(folder: Path, *words: str) -> CompletedProcess[str]:
 
 def test_another_package_is_told_what_to_declare_and_what_takes_long(outside: Path) -> None:
     words = ("-m", "rigid_envs.testing", "--env-id", "pumps:Pumps/Pump-v0", "-q")
-    told = beside(outside, *words, "-k", "envelope or can_end or misspelt")
+    told = beside(outside, *words, "-rN", "-k", "envelope or can_end or misspelt")
     # starts outside the envelope are refused, misspellings found; of early ends two contracts tell
     assert "2 failed, 3 passed" in told.stdout, told.stdout
     ask = "Error: early_end = {} of Pumps/Pump-v0; expected settings under which random actions end"
