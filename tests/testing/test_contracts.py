@@ -76,6 +76,8 @@ def beside(folder: Path, *words: str) -> CompletedProcess[str]:
     return python(*words, cwd=folder, PYTHONPATH=f"{folder}:{ROOT}")
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_another_package_is_told_what_to_declare_and_what_takes_long(outside: Path) -> None:
     words = ("-m", "rigid_envs.testing", "--env-id", "pumps:Pumps/Pump-v0", "-q")
     told = beside(outside, *words, "-rN", "-k", "envelope or can_end or misspelt")
@@ -98,6 +100,8 @@ def test_settings_that_depend_on_one_another_are_refused_by_key(outside: Path) -
     assert last.endswith("config.least_goal: least_goal = 1.5; expected at most largest_goal = 1.0")
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_replay_is_read_where_its_module_is_allowed_and_only_there(outside: Path) -> None:
     run = partial(beside, outside)
     assert run("-c", RECORDED).returncode == 0
