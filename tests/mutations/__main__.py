@@ -41,10 +41,13 @@ SOURCES = {
     "systems/roller/dynamics": Source(("roller",)),
     "engine/algebra": Source(
         ("heavy_top", "rolling_ball", "rolling_disk", "free_body"),
-        frozenset({"matrix", "log_rotation", "scaled", "_slips"}),
+        frozenset(
+            {"matrix", "matrix_product", "unit_quaternion", "log_rotation", "scaled", "_slips"}
+        ),
     ),
     "engine/elementary": Source(
-        ("roller", "dynamic_ball", "rolling_disk"), frozenset({"atan2", "cbrt", "log", "select"})
+        ("roller", "dynamic_ball", "rolling_disk"),
+        frozenset({"atan2", "cbrt", "expm1", "log", "select"}),
     ),
 }
 
