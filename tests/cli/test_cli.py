@@ -157,7 +157,7 @@ def test_the_default_of_a_number_is_the_one_that_help_tells():
             (told,) = re.findall(r"\((\d+)", action.help or "")
             found += option
             assert float(told) == default, option
-    assert sorted(found) == ["--episodes", "--seed", "--seed", "--size", "--speed"]
+    assert sorted(found) == ["--episodes", "--seed", "--seed", "--size", "--speed", "--starts"]
 
 
 @pytest.mark.long
