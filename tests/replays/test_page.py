@@ -101,6 +101,16 @@ def picture(page, selector):
     return np.asarray(image.open(io.BytesIO(shot)).convert("RGB")).astype(int)
 
 
+def settled(page, selector):
+    """The picture once it stands still: what a busy machine draws is seen some frames later."""
+    seen = [picture(page, selector)]
+    while len(seen) < 4 or any(not np.array_equal(seen[-1], image) for image in seen[-4:]):
+        assert len(seen) < 100, "the picture does not come to rest"
+        page.wait_for_timeout(100)
+        seen.append(picture(page, selector))
+    return seen[-1]
+
+
 def differs(one, other):
     """Pixels of another colour."""
     return np.abs(one - other).max(axis=-1) > 30
@@ -143,17 +153,17 @@ def test_nothing_is_cut_off(browser, balls, size):
 def test_motion_is_seen_and_scrubbing_changes_it(browser, body):
     page = Watched(browser, *SIZES["desk"]).open(body[1])
     seek(page, 0.0)
-    before = picture(page, ".panel > .view")
+    before = settled(page, ".panel > .view")
     assert before.std(axis=(0, 1)).max() > 20.0  # not blank
     box = page.locator("#scrub").bounding_box()
     page.mouse.click(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
     page.wait_for_timeout(300)
     assert page.evaluate("rigidReplay.clock.time") == pytest.approx(3.0, abs=0.1)
-    after = picture(page, ".panel > .view")
+    after = settled(page, ".panel > .view")
     seen = differs(before, before[0, 0])  # all but the background
     assert differs(after, before).sum() > 0.5 * seen.sum()
     seek(page, 0.0)
-    assert np.array_equal(picture(page, ".panel > .view"), before)
+    assert np.count_nonzero(settled(page, ".panel > .view") - before) == 0
     page.close()
 
 
