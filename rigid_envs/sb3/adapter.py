@@ -204,9 +204,9 @@ class GymnasiumVecEnv(base.VecEnv):
         """
         numbers = isinstance(actions, np.ndarray) and actions.ndim and actions.dtype.kind in "biuf"
         require(bool(numbers), actions, "actions", "an array of numbers, a row for each action")
-        self._actions = actions
-        if not all_finite(actions):
-            raise self._not_finite("action", bad_row(actions), "", 1)
+        self._actions = np.asarray(actions)  # of a masked array the numbers, masked or not
+        if not all_finite(self._actions):
+            raise self._not_finite("action", bad_row(self._actions), "", 1)
 
     def step_wait(self) -> base.VecEnvStepReturn:
         """Advance every row by one step.

@@ -117,7 +117,7 @@ IN_BOX = {
     "EnergyCasimir": (SPINS,),
     "ForcedFlip": (SPINS,),
     "PlateRegulator": (PLATES, PACES),
-    "PrecessionRegulator": (TOPS + 7.5 * np.eye(11)[6], SHARES),
+    "PrecessionRegulator": (TOPS + 12.0 * SHARES[..., None] * np.eye(11)[6], SHARES),
     "Pump": (PLACES, SHARES),
     "QuaternionPD": (SPINS, ATTITUDES),
     "SeparatrixSteering": (SPINS,),

@@ -209,8 +209,9 @@ def test_what_is_not_finite_stops_at_its_step_and_is_named(drift, spoil, message
 def test_an_action_that_is_not_finite_is_named_and_not_taken(drift, bad):
     actions, before = np.zeros((4, 2), np.float32), drift.venv.state["elapsed"].tolist()
     actions[1, 0] = bad
-    with pytest.raises(NonFiniteError, match=r"action of row 1 .* step 6 of the run"):
-        drift.step(actions)
+    for given in (actions, np.ma.masked_invalid(actions)):
+        with pytest.raises(NonFiniteError, match=r"action of row 1 .* step 6 of the run"):
+            drift.step(given)
     assert drift.venv.state["elapsed"].tolist() == before
 
 

@@ -323,7 +323,8 @@ class PrecessionRegulator(CheckedFields):
 
     where n is the direction across e3 that points up and l = e3 x n. The torque u = -K x has the
     least sum of ``100 x1^2 + 10 x2^2 + 10 x3^2 + 3 |u|^2`` over the control periods; it is held in
-    body axes, which turn from n and l at psi'. K is interpolated between 6 tilts and 6 spins.
+    body axes, which turn from n and l at psi'. K is interpolated between 6 tilts and 6 spins. A
+    goal beyond `tilts` has the f of the nearest one within, a slower spin that of the slowest.
 
     Certificate: the Riccati matrix P: ``value(y, goal) = x P x`` is the sum from there on, and a
     Lyapunov function, for small x and no limits.
@@ -420,7 +421,7 @@ class PrecessionRegulator(CheckedFields):
     def _deviation(self, y: npt.ArrayLike, goal: npt.ArrayLike) -> tuple[Array, linear.Regulator]:
         """The deviation x, and the regulator there."""
         spin, tilt = HeavyTop.checked_state(y)[..., 6], np.asarray(goal, dtype=np.float64)
-        steady = self.steady_rate(tilt, spin)
+        steady = self.steady_rate(np.clip(tilt, *self.tilts), np.maximum(spin, self.spins[0]))
         x = nutation_of(y) - np.stack(np.broadcast_arrays(tilt, 0.0, steady), axis=-1)
         return x, self._table(tilt, spin)
 
