@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
@@ -32,9 +32,7 @@ class TopTask(Task):
     system_type: ClassVar = HeavyTop
 
     def _middle(self) -> HeavyTop:
-        top = self.system()
-        assert isinstance(top, HeavyTop)
-        return top
+        return cast(HeavyTop, self.system())
 
     @property
     def fall_square(self) -> float:
