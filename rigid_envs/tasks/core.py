@@ -106,7 +106,7 @@ class StateFormat:
         settings = {f.name: getattr(task, f.name) for f in fields(task) if f.name not in _SHOWN}
         # the history lies behind what is shown, and its size is that of the longest delay
         places = {name: ends for name, ends in self.parts.items() if name != "history"}
-        content = (_VERSION, kind.__module__, kind.__qualname__, settings, places)
+        content = (_VERSION, _first_module(kind), kind.__qualname__, settings, places)
         word = hashlib.sha256(repr(content).encode()).digest()[:6]
         self.digest = float(int.from_bytes(word, "big"))
         """48 bits, which a float64 holds."""
@@ -215,6 +215,14 @@ class StateFormat:
             if ends is UNIT:
                 aux[np.ix_(rows, columns)] = of_unit_length(aux[np.ix_(rows, columns)])
         return aux
+
+
+def _first_module(kind: type[Task]) -> str:
+    """Module of a task; of ours that in which it was when its states were first written."""
+    place, _, name = kind.__module__.rpartition(".")
+    if not place.startswith("rigid_envs.systems."):
+        return kind.__module__
+    return f"rigid_envs.tasks.{'ball_reorient' if kind.__qualname__ == 'BallReorient' else name}"
 
 
 def _part(name: str, value: npt.ArrayLike, shape: tuple[int, int]) -> Array:

@@ -36,6 +36,21 @@ def test_no_published_id_has_gone():
     assert {(env_id, frame) for env_id, frames in stored().items() for frame in frames} == {*CASES}
 
 
+# Marks of states in checkpoints of commit 55502d3a, before the tasks moved to their systems.
+STATES = {
+    "BallPark": 131036027555625,
+    "BallReorient": 240142757800320,
+    "IntermediateAxisRandom": 256303025178363,
+    "TopRandom": 6749475309125,
+}
+
+
+@pytest.mark.parametrize("name", STATES)
+def test_states_of_before_are_taken(name):
+    state = gym.make(f"RigidEnvs/{name}-v0").unwrapped.get_state()
+    assert state["digest"] == STATES[name], "a run that was begun could not go on"
+
+
 @pytest.mark.parametrize(
     "change",
     [
