@@ -192,7 +192,7 @@ KINDS = [
     ("ppo", put("validation/ep_lengths", -4, (0, 0)), r"validation/ep_lengths\[0, 0\] = -4"),
     # the environment
     ("ppo", put("adapter/env/x", NAN, (2, 0)), r"adapter/env/x\[2, 0\] = nan; expected finite"),
-    ("sac", put("adapter/env/digest", 7.0, 1), r"env/digest\[1, 0\] = 7.0; expected .*marks states"),
+    ("sac", put("adapter/env/digest", 7.0, 1), r"env/digest\[1, 0\] = 7.0; expected .*marks"),
     ("ppo", put("adapter/steps", -1), "adapter/steps = -1; expected 384"),
     ("ppo", put("adapter/lengths", -1, 4), r"adapter/lengths\[4\] = -1; expected"),
     # the replay buffer
