@@ -225,7 +225,7 @@ import gymnasium
 env = gymnasium.make("{SWING_UP}").unwrapped
 env.reset(seed=0, options={{"state": {{"angle": 1.0}}}})
 info = env.step(env.action_space.low)[-1]
-kernels = (env.task.episode.step, env.task.episode.reset)
+kernels = (env.task.compiled.step, env.task.compiled.reset)
 print(info["reward/height"], sum(sum(k.stats.cache_hits.values()) for k in kernels))
 """
 PICTURE = """
