@@ -3,7 +3,6 @@
 Pages are read as the Markdown that they are; only one test makes them anew.
 """
 
-import ast
 import dataclasses
 import re
 from pathlib import Path
@@ -22,6 +21,7 @@ from rigid_envs.tasks.task import Task
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.pages.tables import SECTIONS, DocstringError, blocks, docstring_of
 from rigid_envs.tools.pages.writing import INDEX, file_of, pages, with_tables
+from tests.from_pages.model import arguments_of
 
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "environments"
@@ -46,7 +46,14 @@ def sections_of(env_id):
     """What stands under each heading of the second level."""
     _, *parts = re.split(r"^## (.+)\n", text_of(file_of(env_id)), flags=re.MULTILINE)
     assert len(set(parts[::2])) == len(parts[::2])
-    return dict(zip(parts[::2], parts[1::2], strict=True))
+    found = dict(zip(parts[::2], parts[1::2], strict=True))
+    lead = re.search(r"\nAs those of .*\((\w+)\.md\): ([^;]+);", text_of(file_of(env_id)))
+    if lead is None:
+        return found
+    parent, titles = sections_of(f"RigidEnvs/{lead[1]}-v0"), lead[2].split(", ")
+    assert not {*titles} & found.keys()
+    found |= {title: parent[title] for title in titles}
+    return {title: found[title] for title in TITLES}
 
 
 def cells(line):
@@ -170,25 +177,15 @@ def test_table_of_rewards_names_every_term_with_its_weight(env_id):
     assert not [term for term in task.terms if f"`{term}`" not in prose]
 
 
-def value_of(text):
-    try:
-        return ast.literal_eval(text)
-    except (ValueError, SyntaxError):
-        return text
-
-
 @each_id
 def test_arguments_are_those_that_are_accepted_with_their_defaults(env_id):
     task = gymnasium.make(env_id).unwrapped.task
-    (rows,) = tables_of(sections_of(env_id)["Arguments"])
-    given = {row["Argument"]: value_of(row["Default"]) for row in rows}
-    assert len(given) == len(rows)
+    given = arguments_of(file_of(env_id))
     assert set(given) == {field.name for field in dataclasses.fields(task)}
     made = gymnasium.make(env_id, **given).unwrapped.task
     for name, value in dataclasses.asdict(task).items():
         told = getattr(made, name)
         assert told == (value if isinstance(value, str | bool) else pytest.approx(value, rel=5e-6))
-    assert all(row["Meaning"] and row["Allowed"] for row in rows)
 
 
 @each_id
@@ -204,7 +201,10 @@ def test_example_of_the_arguments_is_accepted(env_id):
 def test_info_and_time_limit_are_those_of_the_environment(env_id):
     env, sections = gymnasium.make(env_id), sections_of(env_id)
     (rows,) = tables_of(sections["Info"])
-    assert tuple(row["Key"] for row in rows) == info_keys(env.unwrapped.task)
+    task, shared = env.unwrapped.task, {"is_success", "action_clipped", "physics_error"}
+    terms = {f"reward/{term}" for term in task.terms}
+    assert {row["Key"] for row in rows} | shared | terms == {*info_keys(task)}
+    assert all(f"`{key}`" in text_of(INDEX) for key in shared)
     assert env.unwrapped.task.cost_unit in rows[0]["Meaning"]
     assert f"After {env.spec.max_episode_steps} steps" in sections["Episode End"]
 

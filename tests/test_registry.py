@@ -54,8 +54,7 @@ _USE = """
 import gymnasium, numpy as np
 from rigid_envs.envs.lookup import checked_id, task_of
 from rigid_envs.tools.pages import describe, list_all, write_pages
-from rigid_envs.tools.pages.tables import _meaning
-from rigid_envs.scores import METRICS, evaluate, metrics_of, uniform
+from rigid_envs.scores import evaluate, metrics_of, uniform
 from rigid_envs.watch.films import figure
 from pathlib import Path
 from typing import Any
@@ -73,8 +72,7 @@ assert evaluate(env_id, uniform(), n=3).values["success"].shape == (3,)
 toll = evaluate("Hoops/Toll-v0", uniform(), n=3)
 assert toll.cost.title == "path [penny]" and "path [penny]" in str(toll)
 assert figure("Hoops/Toll-v0", task_of("Hoops/Toll-v0"), 3.0) == "path 3 penny"
-meaning = _meaning("Hoops/Toll-v0", task_of("Hoops/Toll-v0"), METRICS["path"])
-assert meaning.startswith("- `path`: toll of the road [penny], ")
+assert "toll of the road [penny], of this step" in describe("Hoops/Toll-v0", {})
 """
 
 

@@ -72,13 +72,8 @@ class Model(ABC):
 
     @classmethod
     def defaults(cls):
-        """Arguments of the task with their defaults, from the table of its page."""
-        page = (PAGES / f"{cls.__name__}.md").read_text(encoding="utf-8")
-        section = page.split("\n## Arguments\n")[1].split("\n## ")[0]
-        return {
-            name: value if value in _WORDS else ast.literal_eval(value)
-            for name, value in re.findall(r"^\| `(\w+)` \| (.+?) \|", section, re.MULTILINE)
-        }
+        """Arguments of the task with their defaults, from its page."""
+        return arguments_of(f"{cls.__name__}.md")
 
     def begin(self, params=None, **state):
         """Begin an episode in a state, with values of the parameters that have ranges."""
@@ -285,6 +280,27 @@ class Turning(Model):
     @property
     def q(self):
         return self.y[:4]
+
+
+def pages_of(file):
+    """What all environments share, the page that a page says it is like, and the page."""
+    page = (PAGES / file).read_text(encoding="utf-8")
+    if file == "README.md":
+        return [page]
+    parent = re.search(r"\nAs those of .*\((\w+\.md)\):", page)
+    return [*pages_of("README.md" if parent is None else parent[1]), page]
+
+
+def arguments_of(file):
+    """Defaults by argument, the weights of rewards among them."""
+    values = {}
+    for page in pages_of(file):
+        section = page.split("# Arguments\n")[1].split("\n#")[0]
+        found = re.findall(r"^\| `(\w+)` \| (.+?) \|", section, re.MULTILINE)
+        weights = re.findall(r"^\| `\w+` \| (\S+) \| `(weight_\w+)` \|", page, re.MULTILINE)
+        for name, value in [*found, *(pair[::-1] for pair in weights)]:
+            values[name] = value if value in _WORDS else ast.literal_eval(value)
+    return values
 
 
 class Page(Turning):

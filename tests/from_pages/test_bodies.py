@@ -9,7 +9,7 @@ import pytest
 from rigid_envs.testing.environments import FULL
 from tests.from_pages import bodies, tops
 from tests.from_pages.attitudes import compose, of_rotation_vector
-from tests.from_pages.model import PAGES
+from tests.from_pages.model import pages_of
 from tests.from_pages.side_by_side import Pair, environment, in_frames
 
 # The pages of the free body are enough to rebuild their environments.
@@ -363,7 +363,7 @@ def test_default_substeps_do_nearly_the_same(kind):
 
 @each
 def test_episodes_end_when_the_page_says(kind):
-    (n,) = re.findall(r"After (\d+) steps", (PAGES / f"{kind.__name__}.md").read_text())
+    *_, n = re.findall(r"After (\d+) steps", "".join(pages_of(f"{kind.__name__}.md")))
     env = environment(kind.__name__)
     upright = {"state": {"q": [1, 0, 0, 0], "omega_body": [0, 0, 6]}}
     env.reset(seed=5, options=upright if kind in tops.KINDS else None)

@@ -16,7 +16,7 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.envs.spaces import action_space, info_flags, observation_space
 from rigid_envs.scores.best import Best, best_known, limit_of
 from rigid_envs.scores.result import rates_of
-from rigid_envs.scores.starts import METRICS, Cost, Metric, cost_of
+from rigid_envs.scores.starts import METRICS, Cost, cost_of
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Rolling, Task
@@ -227,18 +227,12 @@ def _refusal(kind: type[Task], what: str) -> DocstringError:
 
 # Tables of a task: entries, reward terms, arguments and info keys, read from its fields.
 
-RANGE_NOTE = "~ or a pair `(low, high)`, from which every reset draws."
-_FLAGS = {
-    "is_success": "the step is a success",
-    "action_clipped": "the action was outside its space",
-    "physics_error": "the motion left what the integrator resolves, which ended the episode",
-    "slips": "needed_friction is larger than mu",
-}
 _GRIP = {
     "normal_force": "force of the ground along its normal [N]; the body would lift off below 0",
     "needed_friction": "least coefficient of friction without slip; infinite without contact",
+    "slips": "needed_friction is larger than mu",
 }
-
+_COLUMNS = ("Argument", "Default", "Unit", "Allowed", "Meaning")
 
 SIDES = str.maketrans("=", "<")
 """Sides of columns by their kinds."""
@@ -282,27 +276,33 @@ def term_table(task: Task) -> Table:
 
 
 def argument_table(task: Task, given: Mapping[str, Any]) -> Table:
-    """Every argument, those of this task first; given values are in the column Here."""
+    """Arguments of this task, without weights and those that all tasks share with their default.
+
+    Given values are in the column Here.
+    """
+    shared = {field.name: field.default for field in shared_arguments()}
     rows = []
     for field in _ordered(task):
+        if field.name not in given and (
+            field.name.startswith("weight_") or shared.get(field.name) == field.default
+        ):
+            continue
         rule, value = field.metadata["rule"], getattr(task, field.name)
         here = [_written(value) if field.name in given else ""] if given else []
         default = _written(field.default)
         rows.append((field.name, *here, default, rule.unit, _allowed(rule), rule.text))
-    columns = ("Argument", *(["Here"] if given else []), "Default", "Unit", "Allowed", "Meaning")
+    first, *others = _COLUMNS
+    columns = (first, *(["Here"] if given else []), *others)
     return Table(columns, rows, "=>><=<" if given else "=><=<")
 
 
 def info_table(task: Task) -> Table:
-    """Keys of info with their types."""
+    """Keys of info that not all tasks have alike, with their types."""
+    flags = [key for key in info_flags(task) if key in _GRIP]
     rows = [
         ("cost", "float", f"{task.cost_unit}, of this step"),
-        *(
-            (f"reward/{term}", "float", f"the term {term} without its weight")
-            for term in task.terms
-        ),
         *((key, "float", _GRIP[key]) for key in task.episode.ground.names),
-        *((key, "bool", _FLAGS[key]) for key in info_flags(task)),
+        *((key, "bool", _GRIP[key]) for key in flags),
     ]
     return Table(("Key", "Type", "Meaning"), rows, "==<")
 
@@ -327,6 +327,20 @@ def _names(k: int, entry: Entry) -> tuple[str, ...]:
 
 def _bounds(entry: Entry) -> tuple[str, str]:
     return f"{entry.low:.6g}", f"{entry.high:.6g}"
+
+
+def shared_arguments() -> list[Field[Any]]:
+    """Those that all tasks have, but for the steps in time, which each page gives."""
+    return [field for field in fields(Task) if field.name not in ("dt", "n_substeps")]
+
+
+def shared_table() -> Table:
+    """Arguments that all tasks share."""
+    rows = []
+    for field in shared_arguments():
+        rule = field.metadata["rule"]
+        rows.append((field.name, _written(field.default), rule.unit, _allowed(rule), rule.text))
+    return Table(_COLUMNS, rows, "=><=<")
 
 
 def _ordered(task: Task) -> list[Field[Any]]:
@@ -358,14 +372,9 @@ def _allowed(rule: Number | Integer | Choice | Flag) -> str:
 
 # Success, efficiency and cost of the untrained policies of an environment, from its data.
 
-_INTRODUCTION = (
-    "Over the {n} starts of the evaluation set with the default arguments, computed by `rigid-envs "
-    "best`: success [%] and efficiency with their 95 % intervals. `zero` is the action 0 "
-    "throughout, `random` the random policy; the others are controllers."
-)
-_EFFICIENCY = (
-    "- `efficiency`: 0 for a failure; for a success b / max(b, c), c its `{cost}` and b the best "
-    "known `{cost}` from its start, both at least {floor:g}{unit}. The best known are of {finders}."
+_KNOWN = (
+    "The best known `{cost}` of the {n} starts are of {finders}; in the efficiency it is at least "
+    "{floor:g}{unit}."
 )
 
 
@@ -380,10 +389,10 @@ def reference_section(env_id: str, task: Task) -> list[str | Table]:
     if found is None:
         return []
     names = [name for name in ENVIRONMENTS[env_id].metrics if name != "success"]
-    meanings = [_meaning(env_id, task, METRICS[name]) for name in names]
-    lead = _INTRODUCTION.format(n=len(found.costs))
-    return [lead, _table(task, names, found), _efficiency(env_id, task, found), *meanings,
-            *_bound(env_id, found)]  # fmt: skip
+    error = ENVIRONMENTS[env_id].error
+    meaning = [] if error is None else [f"`error` is that of the {error.text}."]
+    known = _known(env_id, task, found)
+    return [_table(task, names, found), *meaning, known, *_bound(env_id, found)]
 
 
 def _table(task: Task, names: list[str], found: Best) -> Table:
@@ -403,23 +412,12 @@ def short_figure(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
 
 
-def _meaning(env_id: str, task: Task, metric: Metric) -> str:
-    """Definition of a metric, as an item of a list."""
-    text, error = metric.text, ENVIRONMENTS[env_id].error
-    if metric.is_cost:
-        text = f"{task.cost_unit}, {text}"
-    if metric.name == "error" and error is not None:
-        text = text.replace("the error", f"the {error.text}", 1)
-    whose = ", mean of the successes" if metric.of_successes else ""
-    return f"- `{metric.name}`: {text}{whose}."
-
-
-def _efficiency(env_id: str, task: Task, found: Best) -> str:
+def _known(env_id: str, task: Task, found: Best) -> str:
     cost = cost_of(env_id, task)
     finders = ", ".join(f"`{name}` ({count})" for name, count in found.shares.items()) or "nobody"
-    return _EFFICIENCY.format(
-        cost=cost.name, floor=cost.floor, unit=f" {cost.unit}".rstrip(), finders=finders
-    )
+    unit = f" {cost.unit}".rstrip()
+    n = len(found.costs)
+    return _KNOWN.format(cost=cost.name, n=n, floor=cost.floor, unit=unit, finders=finders)
 
 
 def _bound(env_id: str, found: Best) -> list[str]:

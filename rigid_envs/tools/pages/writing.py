@@ -19,7 +19,16 @@ from rigid_envs.scores.starts import TEST_SEED, cost_of
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
-from rigid_envs.tools.pages.document import Code, Section, document, observed, short
+from rigid_envs.tools.pages.document import (
+    SHARED,
+    Code,
+    Section,
+    common,
+    document,
+    observed,
+    short,
+    system_section,
+)
 from rigid_envs.tools.pages.tables import SIDES, Table, size_of, summary_of, time_limit
 
 # Sections as Markdown, in the dialect of GitHub.
@@ -153,8 +162,6 @@ def _argument(task: Task, field: Any) -> dict[str, Any]:
 INDEX = "README.md"
 FILMS = "films"
 _FILM = f"![A reference controller in {{name}}]({FILMS}/{{file}})"
-_COMMON = Path(__file__).with_name("common.md")  # what holds for all: said once, in the index
-_SHARED = "What all environments share"  # its heading
 _SMALL = 120  # pixels, in the README
 _SPACE = "RigidEnvs/"
 _DOI = re.compile(r"\bdoi:(10\.[^\s;,]*[^\s;,.])")
@@ -221,7 +228,7 @@ def page(env_id: str) -> str:
         *([_FILM.format(name=_name(env_id), file=film_of(env_id))] if env_id in own else []),
         _family_of(env_id),
         as_markdown(_glance(env_id, task)),
-        markdown(document(env_id, task, {})),
+        *_content(env_id, task),
     ]
     return "\n\n".join([_NOTE, f"# {name}", *(_linked(part, env_id) for part in parts)]) + "\n"
 
@@ -231,7 +238,9 @@ def index(ids: Iterable[str]) -> str:
     parts = [_NOTE, "# Environments", _INTRODUCTION]
     for family, members in families(ids).items():
         parts += [f"## {family}", as_markdown(_family(members))]
-    return "\n\n".join([*parts, _COMMON.read_text(encoding="utf-8")])
+        systems = dict.fromkeys(task_of(env_id).system_type for env_id in members)
+        parts += [markdown(list(map(system_section, systems)), 3)]
+    return "\n\n".join([*parts, markdown(common())]) + "\n"
 
 
 def overview(folder: str = "docs/environments") -> str:
@@ -314,8 +323,33 @@ def _name(env_id: str) -> str:
 
 def _family_of(env_id: str) -> str:
     family = ENVIRONMENTS[env_id].family
-    common = f"[{_SHARED}]({_place(_SHARED)}) is said once for all."
+    common = f"[{SHARED}]({_place(SHARED)}) is said once for all."
     return f"One of the [{family}]({_place(family)}) environments. {common}"
+
+
+def _content(env_id: str, task: Task) -> list[str]:
+    """Sections of the page, without those, and arguments, that the page of a parent has."""
+    package = env_id.partition("/")[0] + "/"
+    classes = {type(task_of(other)): other for other in ENVIRONMENTS if other.startswith(package)}
+    parent = next((classes[kind] for kind in type(task).__mro__[1:] if kind in classes), None)
+    sections = document(env_id, task, {})
+    if parent is None:
+        return [markdown(sections)]
+    known = {each.title: each.body for each in document(parent, task_of(parent), {})}
+    same = [each.title for each in sections if each.body == known[each.title]]
+    lead = f"As those of `{_name(parent)}`: {', '.join(same)}; and arguments that are not here."
+    own = [each for each in sections if each.title not in same]
+    return [lead, markdown([_without(each, known[each.title]) for each in own])]
+
+
+def _without(section: Section, known: Sequence[Any]) -> Section:
+    """Arguments without the rows that a table knows; any other section as it is."""
+    if section.title != "Arguments":
+        return section
+    body: Sequence[Any] = section.body
+    table, *others = body
+    rows = [row for row in table.rows if row not in known[0].rows]
+    return section._replace(body=[table._replace(rows=rows), *others])
 
 
 def _place(heading: str) -> str:
