@@ -147,6 +147,11 @@ def test_a_caption_says_who_and_how_well():
     assert films.figure(roll, played(roll, "zero").task, 0.25) == "error 0.25"  # without a unit
 
 
+def test_an_episode_is_over_at_success_and_else_cut_off():
+    won, late = played(PARK).episode, played(PARK, "zero").episode
+    assert (won.terminated, won.truncated) == (late.truncated, late.terminated) == (True, False)
+
+
 def test_episodes_of_several_tasks_share_a_film():
     found = [played(PARK), played("RigidEnvs/SleepingTop-v0", "zero")]
     tasks = [each.task for each in found]

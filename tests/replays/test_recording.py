@@ -41,16 +41,17 @@ def test_the_wrapper_changes_nothing_and_keeps_what_happened():
 
 
 def test_close_saves_finished_and_unfinished_episodes(tmp_path):
-    env = RecordReplay(gym.make(PARK, max_episode_steps=4), tmp_path / "some.npz", "idle")
-    for n_steps in (4, 2):
+    label = 200 * "i"  # as long as it may be
+    env = RecordReplay(gym.make(PARK, max_episode_steps=4), tmp_path / "some.npz", label)
+    for n_steps in (6, 2):  # what is stepped past an end is in no episode
         env.reset(seed=1)
         for _ in range(n_steps):
             env.step(np.zeros(2, dtype=np.float32))
     env.close()
     episodes = load_replay(tmp_path / "some.npz").episodes
     assert [(len(e), e.truncated, e.label) for e in episodes] == [
-        (4, True, "idle"),
-        (2, False, "idle"),
+        (4, True, label),
+        (2, False, label),
     ]
 
 

@@ -364,12 +364,12 @@ def test_a_trace_is_what_it_passed_or_whole_from_the_beginning(body):
     packer = Packer()
     traces = packer.stage(panel)["traces"]
     assert [trace["whole"] for trace in traces] == [True, False]
-    first, *others = panel.frames  # a part that is left out has no pose
-    part = packer.stage(replace(panel, frames=[replace(first, poses={}, points={}), *others]))[
-        "parts"
-    ][0]
-    for name in ("position", "q", "scale"):
-        rows = unpacked(packer.blob(), part[name]).reshape(len(path), -1)
+    first, *others = panel.frames  # what is left out is nowhere
+    bare = replace(first, poses={}, arrows={}, points={})
+    stage = packer.stage(replace(panel, frames=[bare, *others]))
+    (part, *_), (arrow, *_) = stage["parts"], stage["arrows"]
+    for place in (*(part[k] for k in ("position", "q", "scale")), arrow["start"], arrow["vector"]):
+        rows = unpacked(packer.blob(), place).reshape(len(path), -1)
         assert np.flatnonzero(np.isnan(rows).any(axis=1)).tolist() == [0]
     expected = (panel.whole["separatrices"], [frame.points["polhode"] for frame in panel.frames])
     for trace, points in zip(traces, expected, strict=True):

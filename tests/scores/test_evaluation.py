@@ -16,7 +16,7 @@ from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
 TOP = "RigidEnvs/SleepingTop-v0"
-DETUMBLE = "RigidEnvs/Detumble-v0"
+DETUMBLE, GRID = "RigidEnvs/Detumble-v0", "RigidEnvs/BallGrid-v0"
 SEEDS = [5677982223520472754, 1865544673836395877]
 
 
@@ -99,19 +99,23 @@ def test_no_reference_beats_theory_from_any_start(env_id):
         assert (sign * (value - best_there_is) <= 1e-6 * np.abs(best_there_is)).all()
 
 
-def test_detumbling_reaches_both_of_its_optima():
-    n = 20
-    envs = begun(DETUMBLE, n)
-    optimum = {name: limit_of(DETUMBLE, name).values(envs) for name in ("loss", "time")}
-    laws = {
-        name: policies.from_controller(law)
-        for name, law in policies.reference_controllers(DETUMBLE).items()
-    }
-    losses = evaluate(DETUMBLE, laws["riccati"], n=n).values["loss"]
-    # actions are float32, and the cost is least there: errors enter squared, but for |L| itself
-    np.testing.assert_allclose(losses, optimum["loss"], rtol=1e-6)
-    times = evaluate(DETUMBLE, laws["brake"], n=n).values["time"]
-    np.testing.assert_allclose(times, optimum["time"], rtol=1e-12)
+@pytest.mark.parametrize(
+    ("env_id", "metric", "law"),
+    [
+        (DETUMBLE, "loss", "riccati"),
+        (DETUMBLE, "time", "brake"),
+        (GRID, "path", "breadth_first"),
+        (GRID, "time", "breadth_first"),
+    ],
+)
+def test_a_limit_that_is_exact_is_reached_from_every_start(env_id, metric, law):
+    n, limit = 20, limit_of(env_id, metric)
+    policy = policies.from_controller(policies.reference_controllers(env_id)[law])
+    found = evaluate(env_id, policy, n=n).values[metric]
+    # actions are float32, and the loss is least there: errors enter squared, but for |L| itself
+    rtol = 1e-6 if metric == "loss" else 1e-12
+    np.testing.assert_allclose(found, limit.values(begun(env_id, n)), rtol=rtol)
+    assert limit.kind == "exact"
 
 
 @pytest.mark.parametrize(("name", "config"), [("BallSteer", {}), ("BallGrid", {"start_cells": 1})])
@@ -312,6 +316,13 @@ def test_every_id_has_metrics_that_matter():
         names = [metric.name for metric in metrics_of(env_id)]
         assert {"success", "return"} < set(names) and len(set(names)) == len(names)
     assert metrics_of("Mine/Top-v0") == ()
+
+
+def test_without_a_time_limit_the_longest_episode_is_taken_for_it():
+    tally, told = Tally([0, 1]), {"cost": 0.0, "is_success": False}
+    for ended in ([True, False], [False, True]):
+        tally.add(np.zeros(2), ended, False, told)
+    assert tally.lengths.tolist() == [1, 2] and tally.episodes().limit == 2
 
 
 TALLIED = [f"RigidEnvs/{name}-v0" for name in ("BallPark", "DiskRoll", "SleepingTop", "BallGrid")]

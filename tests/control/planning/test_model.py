@@ -23,6 +23,7 @@ from rigid_envs.scores.starts import row_seeds
 from rigid_envs.systems.heavy_top.closed_forms import steady_precession
 from rigid_envs.systems.heavy_top.controllers import nutation_of
 from rigid_envs.tasks.core import Core
+from tests.refusals import refuses
 
 # Rollouts and their linearisation, against the environment itself.
 
@@ -114,6 +115,11 @@ def test_the_linearisation_is_that_of_small_changes(env_id):
         np.testing.assert_allclose(x, seen, atol=2e-5 * max(1.0, np.abs(seen).max() / h))
         shown = 0.5 * (ahead.errors[t] - behind.errors[t])
         np.testing.assert_allclose(e, shown, atol=1e-2 * np.abs(shown).max() + 1e-6)
+
+
+def test_another_task_of_the_name_of_one_with_conditions_has_none():
+    task = type(task_of(IDS[0]))
+    refuses("^task = .*; expected one of an id", conditions_of, type(task.__name__, (task,), {})())
 
 
 def test_tracking_gains_are_those_of_least_squares():

@@ -305,7 +305,7 @@ def test_a_mass_that_is_not_positive_is_refused_by_index():
 
 
 def test_corners_without_an_area_or_a_volume_are_refused():
-    line = [[0.0, 0.0, 0.0], [1.0, 2.0, 3.0], [0.1, 0.2, 0.3]]
+    line = [[0.0, 0.0, 1.0], [1.0, 2.0, 4.0], [2.0, 4.0, 7.0]]
     refuses(r"^vertices = .*not in line: move one", bodies.triangular_lamina, 1.0, line)
     with pytest.raises(ValueError, match=r"^vertices = .*not in a plane: move one"):
         bodies.tetrahedron(1.0, [*line, [0.0, 1.0, 0.0]])

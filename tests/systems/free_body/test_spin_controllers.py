@@ -40,16 +40,15 @@ def regulator(torque=0.2):
 
 
 def test_the_sampled_linearisation_is_that_of_the_steps_of_the_body():
-    controller = regulator(FREE)
-
     def advance(x, u):
         y = BODY.state(omega_body=x + RATE * E2)
         return BODY.advance(y, u, DT, 8)[..., OMEGA] - RATE * E2
 
     F, G = step_jacobian(advance, np.zeros(3), 3)
-    costs = np.eye(3), controller.input_weight * np.eye(3)
-    # with the error 1e-10 of the differences and that of the integrator
-    assert_optimal(F, G, *controller.regulator, *costs, most=0.9, rtol=1e-6, atol=1e-7)
+    for controller, most in ((regulator(FREE), 0.9), (steering(dt=DT), 0.95)):
+        costs = np.eye(3), controller.input_weight * np.eye(3)
+        # with the error 1e-10 of the differences and that of the integrator
+        assert_optimal(F, G, *controller.regulator, *costs, most, rtol=1e-6, atol=1e-7)
 
 
 def test_the_riccati_value_is_the_sum_of_the_costs_and_decreases():
@@ -80,6 +79,13 @@ def test_one_torque_leads_to_e2_from_all_that_is_certified_and_not_from_all_else
     controller, y = SingleTorque(BODY, RATE, FREE), spinning(np.random.default_rng(0), (200,), 2.0)
     certified = controller.certified(y)
     assert 50 < certified.sum() < 180
+    # the motion with the same constant of torque about e3 that spins about e1 alone
+    share = BODY.I2 * (BODY.I3 - BODY.I2) / (BODY.I1 * (BODY.I3 - BODY.I1))
+    turned = BODY.state(
+        omega_body=np.sqrt(y[:, 4:6] ** 2 @ [1.0, share])[:, None] * [1.0, 0.0, 0.0]
+    )
+    below = controller.lyapunov(y) < controller.lyapunov(turned)
+    np.testing.assert_array_equal(certified, below & (y[:, 5] > 0.0))
     states = simulate_closed_loop(step(controller, 0.04), y, 1500)
     ahead = (states[..., 5] > 0.0).all(axis=0)
     assert ahead[certified].all()

@@ -259,6 +259,8 @@ def test_fewest_moves_solve_the_equation_of_bellman(policy):
     next_best = np.min([policy.moves(after(y, side)) for side in range(4)], axis=0)
     home = moves == 0
     assert np.sum(home) == 1
+    n = len(policy.table)
+    assert policy.table.shape == (n, n, 24) and policy.table[n // 2, n // 2, 0] == 0
     reachable = ~home & (moves > 0)
     np.testing.assert_array_equal(moves[reachable], 1 + next_best[reachable])
     np.testing.assert_array_equal(next_best[moves < 0], -1)

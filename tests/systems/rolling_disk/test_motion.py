@@ -219,6 +219,17 @@ def test_a_disk_without_any_spin_falls_flat_and_with_a_little_it_stands_up_again
     assert math.isfinite(little.period)
 
 
+def test_a_nod_that_ends_below_the_hill_of_rolling_upright_is_the_same_from_its_other_end():
+    """Slower than the threshold, to roll upright is a maximum of the potential."""
+    slow = 0.6 * rolling_disk.rolling_threshold(**DISK)
+    c, theta = rolling_disk.legendre_constants(UPRIGHT, 0.0, slow, **BODY), 1.46
+    for _ in range(2):
+        spins = map(float, rolling_disk.spins(theta, *c, **BODY))
+        nod = rolling_disk.fall(theta, 0.0, *spins, **DISK)
+        theta = nod.theta_min
+    assert nod.theta_max == pytest.approx(1.46, rel=1e-12)
+
+
 def test_a_nod_is_the_same_from_whichever_face_it_starts():
     c = 1e-9, 1e-9  # so little spin that it turns back 1e-9 from either face
     energy = 20.0 + rolling_disk.effective_potential(UPRIGHT, *c, **DISK)
