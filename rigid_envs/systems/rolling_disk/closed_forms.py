@@ -523,15 +523,19 @@ def _slope(c1: float, c2: float, disk: _Disk, g: float) -> _Slope:
 
 def _turning_point(start: float, way: float, kinetic: float, slope: _Slope) -> float:
     """First turning point u from the start in one direction."""
+    from scipy.optimize import brentq  # slow to import, as is `quad` below
+
     edges = start + way * _DISTANCES
+    climb = way * slope(edges)
+    peaks = np.flatnonzero((climb[:-1] > 0.0) & (climb[1:] < 0.0))  # they may be all that is high
+    tops = [brentq(slope, edges[k], edges[k + 1]) for k in peaks]
+    edges = way * np.sort(way * np.append(edges, tops))
     left = kinetic - np.cumsum(_rise(edges[:-1], edges[1:], slope))
     spent = np.flatnonzero(left < 0.0)
     if spent.size == 0:
         return way * math.inf
     k = int(spent[0])
     before, first = kinetic if k == 0 else left[k - 1], edges[k]
-
-    from scipy.optimize import brentq  # slow to import, as is `quad` below
 
     def rest(u: float) -> float:
         return float(before - _rise(np.array([first]), np.array([u]), slope)[0])
