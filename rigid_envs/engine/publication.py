@@ -147,7 +147,7 @@ def _wrapped(angle: float) -> float:
     return angle + select(angle < -math.pi, 2.0 * math.pi, turn)
 
 
-@routine
+@phase
 def write_attitude(
     attitude: Function, buffer: Buffer, base: int, end: int, first: int, last: int
 ) -> None:

@@ -4,6 +4,7 @@ import gymnasium as gym
 import pytest
 from gymnasium import spaces
 
+from rigid_envs.engine.compiler import cache_directory
 from rigid_envs.testing import fingerprint
 from rigid_envs.testing.environments import FULL
 from tests.frozen.__main__ import CASES, computed, stored
@@ -30,6 +31,16 @@ def test_a_published_id_keeps_its_bits(env_id, frame):
     frozen = stored().get(env_id, {}).get(frame)
     assert frozen, f"{env_id}, {frame}: not frozen yet; run python -m tests.frozen"
     assert computed(env_id, frame) == frozen, f"{env_id}, frame {frame}, is another: {MEND}"
+
+
+@pytest.mark.parametrize("env_id", stored())
+def test_the_next_process_finds_its_kernels(env_id):
+    env = gym.make(env_id).unwrapped
+    env.reset(seed=0)
+    env.step(env.action_space.sample())
+    for kernel in (env.task.compiled.step, env.task.compiled.reset):
+        kept = cache_directory().glob(f"{kernel.py_func.__qualname__}-*.nbc")
+        assert list(kept), "it holds addresses of this process: a function is an argument"
 
 
 def test_no_published_id_has_gone():

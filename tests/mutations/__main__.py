@@ -48,7 +48,7 @@ SOURCES = {
     ),
     "engine/elementary": Source(
         ("roller", "dynamic_ball", "rolling_disk"),
-        frozenset({"atan2", "cbrt", "expm1", "log", "select"}),
+        frozenset({"atan2", "cbrt", "clamp", "expm1", "log", "select", "tanh"}),
     ),
 }
 

@@ -140,12 +140,11 @@ def push(y: State, u: Input, w: algebra.Vector, p: Parameters) -> Pair:
     s, c = sincos(y.alpha_y)
     sx, cx = sincos(y.alpha_x)
     radius, beta, table = p.radius, p.beta, p.turntable_rate
-    rho = (y.X, y.Y, radius)
     grown = plate_growth(y, u, (s, c))
     swing_x, swing_y, _ = swing(y, w, grown, p)
     # omega at zero velocity, and the gyroscopic terms of it
-    rest_x = w[0] + table * rho[0] * p.inverse_radius
-    rest_y = w[1] + table * rho[1] * p.inverse_radius
+    rest_x = w[0] + table * y.X * p.inverse_radius
+    rest_y = w[1] + table * y.Y * p.inverse_radius
     twist_x = grown[0] + w[1] * y.spin - w[2] * rest_y
     twist_y = grown[1] + w[2] * rest_x - w[0] * y.spin
     return (
