@@ -353,8 +353,12 @@ def test_a_rate_at_the_end_of_the_published_interval_is_within_it(tmp_path, monk
     for rate, held in ((1.0, True), (0.9, False)):
         success = {"success": (np.arange(500) < 500 * rate).astype(np.float64)}
         found = replace(like, values={**like.values, **success})
-        monkeypatch.setattr("rigid_envs.scores.evaluation.evaluate", lambda *a, f=found, **k: f)
-        assert (recheck(name, OTHER_SEED, tmp_path).differences == ()) == held
+        monkeypatch.setattr(
+            "rigid_envs.scores.evaluation.evaluate",
+            lambda *a, seed, f=found, **k: replace(f, seed=seed),
+        )
+        again = recheck(name, OTHER_SEED, tmp_path)
+        assert (again.differences == ()) == held and again.now.seed == OTHER_SEED
 
 
 def test_a_policy_file_is_evaluated_by_the_command(tmp_path, capsys):

@@ -16,6 +16,7 @@ from rigid_envs.scores import best, finding
 from rigid_envs.scores.best import write_plans as write
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.policies import from_controller, reference_controllers
+from rigid_envs.scores.proof import best_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.scoring import verify_scores
@@ -125,6 +126,7 @@ def test_what_is_best_is_known_of_the_id_itself_and_of_no_other_of_its_name():
     assert best.best_known(DETUMBLE).env_id == DETUMBLE
     assert best.best_known("Mine/Detumble-v0") is None
     assert best.best_known("Mine/Nothing-v0") is None
+    assert best_of("Mine/Nothing-v0", 1) is None and best_of(DETUMBLE, 501) is None
 
 
 def test_another_finder_is_added_by_its_recorded_actions(tmp_path, capsys):

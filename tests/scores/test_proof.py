@@ -127,6 +127,13 @@ def test_a_success_below_the_bound_of_theory_is_refused():
         evaluate(PARK, parked, n=N, env=envs)
 
 
+def test_a_bound_that_holds_in_the_registered_task_refuses_nothing_in_another_one():
+    found = evaluate(DETUMBLE, "riccati", n=N, config={"weight_impulse": 5.0})
+    cheap = found.costs < found.bounds * (1.0 - 1e-4)  # 50 steps cost less than to go on for ever
+    assert (cheap & found.successes).any()
+    refused(found, "weight_impulse = 5.0; expected")
+
+
 @pytest.mark.parametrize("bounds", [None, np.zeros(2), np.ones(2)])
 @pytest.mark.parametrize("cost", [np.nan, -1e-3])
 def test_a_success_has_a_cost_from_the_bound_on_and_from_0_on_without_one(cost, bounds):

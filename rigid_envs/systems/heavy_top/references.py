@@ -162,7 +162,7 @@ def _in_body(y: Array) -> Array:
     """Of a top whatever its heading: the vertical and omega in body axes."""
     q = rotations.conjugate(rotations.normalize(y[:, :4]))
     up = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))[:, :2]
-    return np.concatenate([up, y[:, 4:7]], axis=1)
+    return np.concatenate([up, y[:, 4:]], axis=1)
 
 
 _TOP = ("w", "x", "y", "z", "omega1", "omega2", "omega3")

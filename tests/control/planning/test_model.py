@@ -267,6 +267,15 @@ def test_the_solution_does_not_depend_on_the_prices_it_begins_with():
             np.testing.assert_allclose(one, other, atol=1e-4)
 
 
+def test_the_solution_does_not_depend_on_the_unit_of_costs():
+    p, unit = uneven(LIMITS), 4.0**8  # steps are damped alike, so plans are the same to rounding
+    plans, prices = p.solve(np.zeros_like(p.c))
+    other = p._replace(w=unit * p.w, rho=unit * p.rho, mu=unit * p.mu)
+    same, dearer = other.solve(np.zeros_like(p.c))
+    np.testing.assert_allclose(same, plans, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(dearer, unit * prices, rtol=1e-9)
+
+
 def test_a_violation_is_what_all_errors_have_above_their_bounds():
     p = uneven(LIMITS)
     e = p.c + np.einsum("nrtj,ntj->nr", p.G, -p.a)

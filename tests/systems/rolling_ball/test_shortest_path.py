@@ -74,14 +74,16 @@ def test_without_pull_and_turning_the_ball_rolls_straight():
     np.testing.assert_allclose(end[2:6], rolling_ball.roll_straight([7.0, 0.0], 1.0), atol=1e-14)
 
 
-def test_without_pull_the_ball_rolls_round_a_circle():
-    rho = 0.8
+@pytest.mark.parametrize("rho", [0.8, 0.05])
+def test_without_pull_the_ball_rolls_round_a_circle(rho):
     end = traced([0.0, 2.0 * np.pi, 0.0, 0.0, 2.0 * np.pi * rho], 1, 2000)[-1]
     # it starts along x, at the lowest point of the circle
     around = rolling_ball.circle_holonomy(rho, 1.0, phase=-0.5 * np.pi)
     # 20 000 additions to a heading of up to 2 pi, each rounded by up to 4.4e-16
     np.testing.assert_allclose(end[6:8], 0.0, atol=1e-11)
     assert rotations.distance(end[2:6], around) < 1e-11
+    circle = 2.0 * np.pi * rho, 0.0, 1.0 / rho, np.zeros(2)
+    assert max(ShortestPath(HOME, np.append(around, [0.0, 0.0]), 1.0, *circle).missed()) < 1e-11
 
 
 def test_a_path_in_parts_is_the_path():
