@@ -170,9 +170,10 @@ def test_another_package_gets_all_that_ours_get(tmp_path):
     printed("-c", code, cwd=tmp_path)
 
 
-def turned(core):
-    """The third body axis in world axes."""
-    return rotations.rotate(core.y[:, :4], np.array([0.0, 0.0, 1.0]))
+def tilt(core):
+    """Angle of the third body axis from the vertical."""
+    x, y, z = rotations.rotate(core.y[:, :4], np.array([0.0, 0.0, 1.0])).T
+    return np.arctan2(np.hypot(x, y), z)
 
 
 def off(core):
@@ -186,9 +187,13 @@ def off(core):
 ERRORS = {
     "spin": off,
     "axis": lambda core: np.arctan2(np.hypot(core.y[:, 4], core.y[:, 6]), core.y[:, 5]),
-    "upright": lambda core: np.arctan2(np.hypot(*turned(core).T[:2]), turned(core)[:, 2]),
+    "upright": tilt,
+    "tilt": lambda core: np.abs(tilt(core) - core.auxiliary("goal_tilt")),
+    "near": lambda core: np.linalg.norm(
+        core.y[:, 4:6] - core.auxiliary("point_X", "point_Y"), axis=1
+    ),
 }
-"""Errors by the name of their reward term, from the state; those of moving goals are left out."""
+"""Errors by the name of their reward term, from the state, but "close" and "circle"."""
 KNOWN = {
     env_id: record.error
     for env_id, record in ENVIRONMENTS.items()

@@ -11,6 +11,7 @@ import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import gymnasium
 import pytest
@@ -286,10 +287,14 @@ def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels
 
 def test_each_kernel_is_compiled_by_using_it(monkeypatch):
     used, kernels = [], kernels_of("BallParkGoal", {"frame": "world"})
-    task_type = type(task_of("RigidEnvs/BallParkGoal-v0"))
-    for kind, name in ((Core, "step"), (Core, "reset"), (task_type, "goal_reward")):
+    task = task_of("RigidEnvs/BallParkGoal-v0")
+    for kind, name in ((Core, "step"), (Core, "reset"), (type(task), "goal_reward")):
         monkeypatch.setattr(kind, name, lambda *_, name=name: used.append(name))
-    assert all(isinstance(_compile(kernel), bool) for kernel in kernels)
+    compiled, plain = vars(task.compiled), vars(task.episode)
+    for place, name, hits in ((compiled, "step", 1), (compiled, "reset", 0), (plain, "reward", 1)):
+        stats = SimpleNamespace(cache_hits=[()] * hits)
+        monkeypatch.setitem(place, name, SimpleNamespace(stats=stats))
+    assert [_compile(kernel) for kernel in kernels] == [True, False, True]
     assert used == ["step", "reset", "goal_reward"]
 
 

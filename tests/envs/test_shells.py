@@ -137,7 +137,7 @@ OF_PICTURES = {
 OF_ROWS = {
     "num_envs": (0, -1, 2.0, "2", True),
     "num_threads": (0, None, 1.5),
-    "max_episode_steps": (0, -1, 2.5, True, "10", np.nan),
+    "max_episode_steps": (0, -1, 2.5, True, "10", np.nan, 2**53 + 1),
     "infos_on_request": (1, "yes"),
     "autoreset_mode": ("Never", None),
 }

@@ -126,6 +126,8 @@ def test_rendering_again_gives_the_same_picture_and_no_point_of_a_path():
         picture = env.render()
     again = [env.render() for _ in range(45)]  # a path of the tip has 40 points
     assert all(np.array_equal(picture, each) for each in again)
+    bare = pickle.loads(pickle.dumps(env))  # takes no path along
+    assert not np.array_equal(picture, bare.render())
 
 
 def test_a_copy_of_a_rendered_environment_renders_by_itself():
@@ -253,15 +255,20 @@ for env in (gym.make({PARK!r}, **mode), gym.make_vec({PARK!r}, num_envs=3, **mod
 """)
 
 
-@pytest.mark.parametrize("make", [gym.make, gym.make_vec])
-def test_a_step_that_nobody_would_see_is_refused(make, monkeypatch):
+@pytest.mark.parametrize("n", [0, 2])
+def test_a_step_that_nobody_would_see_is_refused(n, monkeypatch):
     for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr("sys.platform", "linux")
-    env = make(PARK, render_mode="human", width=64, height=64)
+    options = {"render_mode": "human", "width": 64, "height": 64}
+    env = gym.make_vec(PARK, num_envs=n, **options) if n else gym.make(PARK, **options)
     env.reset(seed=0)  # Gymnasium's check of render modes does no more
-    with pytest.raises(ValueError, match=r"DISPLAY = None; expected a display for the window"):
+    said = r"DISPLAY = None; expected a display for the window"
+    with pytest.raises(ValueError, match=said):
         env.step(env.action_space.sample())
+    if n:  # some rows at a start, and some not
+        with pytest.raises(ValueError, match=said):
+            env.reset(options={"reset_mask": np.arange(n) == 0})
     env.close()
 
 

@@ -115,6 +115,13 @@ def test_an_array_that_claims_more_than_it_holds_is_refused(file, tmp_path):
         load_replay(tmp_path / "large.npz")
 
 
+def test_arrays_that_together_claim_more_than_is_left_are_refused(tmp_path):
+    write_arrays(tmp_path / "a.npz", dict.fromkeys("abc", np.zeros(1000)))
+    assert read_arrays(tmp_path / "a.npz", 24_000).keys() == set("abc")
+    with pytest.raises(DamagedFileError, match="8000 bytes unpacked; expected at most 7999"):
+        read_arrays(tmp_path / "a.npz", 23_999)
+
+
 def test_more_than_can_be_read_again_is_not_written(tmp_path):
     for arrays in ({"a": np.empty(2**25 + 1)}, {str(k): np.zeros(0) for k in range(50_001)}):
         with pytest.raises(ValueError, match=r"expected at most 50000 of .*: write several files"):

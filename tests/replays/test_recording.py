@@ -28,16 +28,19 @@ def test_the_wrapper_changes_nothing_and_keeps_what_happened():
     plain, env = gym.make(PARK), RecordReplay(gym.make(PARK))
     env.action_space.seed(0)
     assert np.array_equal(plain.reset(seed=5)[0], env.reset(seed=5)[0])
-    states, rewards = [env.unwrapped.y], []
+    moments, states, rewards = [env.unwrapped.moment()], [env.unwrapped.y], []
     for _ in range(10):
         action = env.action_space.sample()
         one, other = plain.step(action), env.step(action)
         assert np.array_equal(one[0], other[0]) and one[1:] == other[1:]
+        moments.append(env.unwrapped.moment())
         states.append(env.unwrapped.y)
         rewards.append(one[1])
     (episode,) = env.replay().episodes
     assert np.array_equal(episode.y, states) and np.array_equal(episode.rewards, rewards)
     assert not episode.terminated and not episode.truncated
+    for k, moment in enumerate(moments):
+        assert np.array_equal(episode.moment(k, env.unwrapped.task).action, moment.action)
 
 
 def test_close_saves_finished_and_unfinished_episodes(tmp_path):

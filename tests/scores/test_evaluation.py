@@ -64,15 +64,6 @@ def test_metrics_are_those_of_the_motion():
     np.testing.assert_array_equal(found["success"], 1.0)
 
 
-def test_the_error_of_a_ball_on_a_plate_is_its_distance_from_the_point():
-    env_id = "RigidEnvs/BallPlate-v0"
-    envs = begun(env_id, 3)
-    info = envs.step(np.zeros((3, 2), np.float32))[-1]
-    off = np.linalg.norm(envs.y[:, 4:6] - envs.auxiliary("point_X", "point_Y"), axis=-1)
-    error = ENVIRONMENTS[env_id].error
-    np.testing.assert_allclose((1.0 / info[f"reward/{error.term}"] - 1.0) / error.sharpness, off)
-
-
 # of the tasks that the planner of the shortest path solves, which takes seconds, one
 ALIKE = tuple(f"RigidEnvs/{name}-v0" for name in ("BallParkGoal", "BallParkRandom", "BallReorient"))
 

@@ -218,6 +218,17 @@ def test_parameters_that_are_drawn_as_one_count_as_one():
     SleepingTop(I_perp=(1.0, 3.0))
 
 
+def test_a_state_whose_moments_differ_that_are_one_field_is_refused():
+    core = Core(SleepingTop(), 1)
+    core.reset(np.zeros(1, dtype=np.int64))
+    state = core.get_state()
+    for k in core.task.parameter_positions()["I_perp"]:
+        wrong = state["parameters"].copy()
+        wrong[0, k] *= 1.01
+        with pytest.raises(ValueError, match=r"I_perp = .*; expected equal numbers"):
+            core.set_state({**state, "parameters": wrong})
+
+
 def test_what_the_compiled_functions_would_miss_is_refused_by_name():
     class Constants(NamedTuple):
         torque: float
