@@ -199,6 +199,7 @@ def test_the_command_plays_results_again(saved, tmp_path, capsys):
     assert main(["verify", str(saved), "--policy", str(policy)]) == 0
     said = capsys.readouterr().out
     assert said.startswith(heading(provenance()).partition("\n")[0])
+    assert f"{saved}: {ID}, ppo reduced, {N} starts of seed 7\n" in said
     assert "every number of every start is the same, to the last digit" in said
     assert main(["verify", str(saved), str(saved), "--policy", "zero"]) == 1
     said = capsys.readouterr().out
