@@ -11,7 +11,7 @@ import pytest
 
 from rigid_envs.engine.layout import FLAGS
 from rigid_envs.engine.rows import LANES
-from rigid_envs.engine.threads import Workers, _read, _write, is_asleep
+from rigid_envs.engine.threads import Workers, _read, _write, is_asleep, new_board, wake
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
 from rigid_envs.tasks.core import Core
 from rigid_envs.testing.environments import IDS, task_of
@@ -206,6 +206,13 @@ def test_every_step_is_published_to_the_arrays_that_it_is_given():
         workers.step(*kept[-1])
     for k, (results, observations, flags) in enumerate(kept):
         assert (results == k + 1).all() and (observations == k + 1).all() and flags.all()
+
+
+def test_the_thread_that_is_woken_sleeps_no_more_and_all_others_do():
+    for k in range(4):
+        board = new_board(4)
+        wake(board, k)
+        assert [j for j in range(4) if not is_asleep(board, j)] == [k]
 
 
 def test_threads_that_fall_asleep_wake_up():

@@ -236,6 +236,10 @@ def test_a_boolean_is_no_number_and_text_is_one_line_that_can_be_printed():
     refuses("can be printed", files.checked_values, {"a": {"b": "\x1b[2J"}}, {"a": dict})
 
 
+def test_one_number_is_a_column():
+    assert files.column([3], "costs").tolist() == [3.0]
+
+
 @pytest.mark.parametrize("values", [[], 3, "12", ["1"], [True], [[1.0]], [[1], [1, 2]], [10**400]])
 def test_what_is_no_list_of_numbers_is_refused(values):
     refuses("costs", files.column, values, "costs")

@@ -4,11 +4,13 @@ import hashlib
 import json
 import math
 import shutil
+import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from rigid_envs.engine import provenance as about
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.mechanics.laws import Outcome, Subject
 from rigid_envs.scores import evaluation as published
@@ -269,3 +271,11 @@ def test_a_heading_says_load_and_commit_where_they_are_known(known, said):
     first, second = heading(WHERE | known).splitlines()
     assert first == "rigid-envs 1.2, numpy 2.0"
     assert second == f"Some CPU, 2 cores{said}; kernels abc; 2026-01-01"
+
+
+def test_a_commit_is_that_of_the_checkout_and_of_no_repository_around_it(monkeypatch, tmp_path):
+    subprocess.run(["git", "init", "--quiet", tmp_path], check=True)
+    for root, asked in ((tmp_path, ".git"), (tmp_path / "site-packages", None)):
+        root.mkdir(exist_ok=True)
+        monkeypatch.setattr(about, "_ROOT", root)
+        assert about._git("rev-parse", "--git-dir") == asked

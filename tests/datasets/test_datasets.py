@@ -23,6 +23,7 @@ from rigid_envs.tools.cli import main
 from tests.page_code import run_page
 
 DRAWN = "--radius 0.8,1.2 --observe_params true --observation_noise 0.01 --action_delay 2"
+AT_ONCE = "--position_tolerance 9 --angle_tolerance 3.2"  # parked in the first step
 PARK = "rigid-envs/BallPark/three_rolls-v0"
 
 
@@ -54,6 +55,7 @@ def everything(name):
         ("IntermediateAxisRandom --policy random", "IntermediateAxisRandom/random"),
         ("SleepingTopRandom --policy lqr --rotation quat", "SleepingTopRandom/lqr"),
         (f"BallPark --policy random {DRAWN}", "BallPark/random"),
+        (f"BallPark --policy random {AT_ONCE}", "BallPark/random"),
     ],
 )
 def test_what_is_written_loads_and_plays_again_to_the_bit(words, name, capsys):
@@ -71,7 +73,9 @@ def test_what_is_written_loads_and_plays_again_to_the_bit(words, name, capsys):
         assert len(episode.actions) == n and episode.rewards.dtype == np.float64
         assert not (episode.terminations | episode.truncations)[:-1].any()
         assert (episode.terminations | episode.truncations)[-1]
-        assert {len(column) for column in episode.infos.values()} == {n + 1}
+        seen = episode.observations
+        parts = seen.values() if isinstance(seen, dict) else [seen]
+        assert {len(column) for column in (*episode.infos.values(), *parts)} == {n + 1}
     assert main(["dataset", "--check", name]) == 0
     assert capsys.readouterr().out == (
         f"{name}: 4 episodes, {dataset.total_steps} steps, bit for bit: holds\n"
@@ -137,7 +141,10 @@ def test_provenance_says_how_it_came_about():
     settings = {"radius": (0.8, 1.2)}
     name = datasets.write("BallReorient", str(file), 2, seed=5, name="mine/a-v3", config=settings)
     assert name == "mine/a-v3"
-    told = minari.load_dataset(name).storage.metadata["rigid_envs"]
+    about = minari.load_dataset(name).storage.metadata
+    summary = "RigidEnvs/BallReorient-v0, played by ppo reduced: Turn the ball upright and return"
+    assert about["description"].startswith(summary)
+    told = about["rigid_envs"]
     assert told["env_id"] == "RigidEnvs/BallReorient-v0" and told["seed"] == 5
     assert told["env_kwargs"] == {"frame": "reduced", "radius": [0.8, 1.2]}
     policy = told["policy"]
@@ -269,6 +276,10 @@ def test_code_that_a_data_set_names_is_not_run(settings, said, root, monkeypatch
     file.write_text(json.dumps(about))
     assert main(["dataset", "--check", name]) == 2
     assert said in capsys.readouterr().err and "trap" not in sys.modules
+    del about["rigid_envs"]  # as in a data set that another library has written
+    file.write_text(json.dumps(about))
+    assert main(["dataset", "--check", name]) == 2
+    assert "expected a data set that `rigid-envs dataset` has written" in capsys.readouterr().err
 
 
 def test_one_that_is_there_or_not_there_is_refused(root, capsys):
@@ -287,11 +298,12 @@ def test_one_that_is_there_or_not_there_is_refused(root, capsys):
 
 
 @pytest.mark.parametrize("module", ["minari", "h5py", "PIL"])
-def test_without_minari_the_extra_is_named(module, monkeypatch, capsys):
+def test_without_minari_the_extra_is_named(module, root, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, module, None)
     assert main(["dataset", "BallPark", "--policy", "random"]) == 1
     told = capsys.readouterr().err
     assert 'pip install "rigid-envs[dataset]"' in told and len(told.splitlines()) == 1
+    assert not root.exists()  # refused before anything is begun
 
 
 def test_the_page_runs(root):

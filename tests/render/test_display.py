@@ -14,6 +14,7 @@ import pytest
 from gymnasium.error import ClosedEnvironmentError, DependencyNotInstalled, ResetNeeded
 
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.watch.drawing import Drawing
 from rigid_envs.watch.panda import load_without_x11
 from tests.programs import printed
 
@@ -107,15 +108,21 @@ def test_render_needs_an_episode_and_an_open_environment():
 
 
 @pytest.mark.parametrize("env_id", [PARK, "RigidEnvs/BallParkRandom-v0"])
-def test_an_episode_is_drawn_anew_with_its_own_parameters(env_id):
+def test_an_episode_is_drawn_anew_with_its_own_parameters(env_id, monkeypatch):
+    closed = []
+    monkeypatch.setattr(Drawing, "close", lambda drawing: closed.append(drawing))
     fresh, env = (gym.make(env_id, render_mode="rgb_array").unwrapped for _ in range(2))
     fresh.reset(seed=5)
     env.reset(seed=4)
     for _ in range(5):
         env.step(np.ones(2, dtype=np.float32))
         env.render()
+    drawings = {env._drawn[0][0]}
     env.reset(seed=5)
     assert np.array_equal(env.render(), fresh.render())
+    drawings.add(env._drawn[0][0])
+    env.close()
+    assert all(closed.count(drawing) == 1 for drawing in drawings)  # nothing of them is left
 
 
 def test_rendering_again_gives_the_same_picture_and_no_point_of_a_path():

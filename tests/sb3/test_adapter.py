@@ -160,6 +160,10 @@ def test_an_entry_of_some_rows_is_in_the_infos_of_those_alone():
     assert split(columns, np.array([2, 0])) == [{"a": 3, "b": 2.0}, {"a": 1, "b": 0.0}]
     assert split(columns, np.array([1])) == [{"b": 1.0}]
     assert split({}, np.array([0, 2])) == [{}, {}]
+    # neither is a mask: an underscore alone, or a name that ends as another
+    names = {"own": 7, "_hidden": 8, "down": 9}
+    columns = {name: np.array([number]) for name, number in names.items()}
+    assert split({**columns, "__hidden": np.array([True])}, np.array([0])) == [names]
 
 
 @pytest.mark.parametrize("bad", [3, None, gym.make("CartPole-v1")])

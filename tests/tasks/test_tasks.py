@@ -303,6 +303,16 @@ def test_friction_can_be_given_at_a_reset():
         assert env.unwrapped.system.mu == mu
 
 
+@pytest.mark.parametrize("k", [0, 1])
+def test_each_number_of_a_tilt_that_the_task_holds_at_0_is_0_in_a_state(k):
+    env = gym.make(ID).unwrapped
+    env.reset(seed=0)
+    state = env.get_state()
+    state["y"][env.task.system_type.components["tilt"].start + k] = 0.1
+    with pytest.raises(ValueError, match="expected tilt = 0, its constant value"):
+        env.set_state(state)
+
+
 def test_a_success_that_slips_is_none():
     tight = {"position_tolerance": 10.0, "angle_tolerance": 3.2, "speed_tolerance": 10.0}
     for mu, success in ((1.0, True), (0.01, False)):
