@@ -71,7 +71,9 @@ def test_what_is_written_loads_and_plays_again_to_the_bit(words, name, capsys):
         assert len(episode.actions) == n and episode.rewards.dtype == np.float64
         assert not (episode.terminations | episode.truncations)[:-1].any()
         assert (episode.terminations | episode.truncations)[-1]
-        assert {len(column) for column in episode.infos.values()} == {n + 1}
+        seen = episode.observations
+        columns = [*episode.infos.values(), *(seen.values() if isinstance(seen, dict) else [seen])]
+        assert {len(column) for column in columns} == {n + 1}
     assert main(["dataset", "--check", name]) == 0
     assert capsys.readouterr().out == (
         f"{name}: 4 episodes, {dataset.total_steps} steps, bit for bit: holds\n"
@@ -137,7 +139,10 @@ def test_provenance_says_how_it_came_about():
     settings = {"radius": (0.8, 1.2)}
     name = datasets.write("BallReorient", str(file), 2, seed=5, name="mine/a-v3", config=settings)
     assert name == "mine/a-v3"
-    told = minari.load_dataset(name).storage.metadata["rigid_envs"]
+    metadata = minari.load_dataset(name).storage.metadata
+    told = metadata["rigid_envs"]
+    who = "RigidEnvs/BallReorient-v0, played by ppo reduced"
+    assert metadata["description"].startswith(f"{who}: Turn the ball upright")
     assert told["env_id"] == "RigidEnvs/BallReorient-v0" and told["seed"] == 5
     assert told["env_kwargs"] == {"frame": "reduced", "radius": [0.8, 1.2]}
     policy = told["policy"]
