@@ -197,6 +197,7 @@ def test_every_block_is_stepped_once(n_threads, n_blocks):
     for k in range(2000):
         assert stepped(workers) == n_blocks
         assert (blocks_of(workers) == k + 1).all()
+    assert all(inbox.qsize() <= 1 for inbox in workers._inboxes)  # nobody is woken in advance
 
 
 def test_every_step_is_published_to_the_arrays_that_it_is_given():

@@ -143,7 +143,7 @@ class StateFormat:
         if "history" in arrays:
             n = self._task.n_choices
             ends = (0.0, n - 1.0) if n else (-1.0, 1.0)
-            _check_range("history", arrays["history"], ends, begun[:, None], whole=n > 0)
+            _check_range("history", arrays["history"], ends, begun[:, None], whole=bool(n))
         if "q" in self._task.system_type.components:
             arrays["y"] = arrays["y"].copy()
             arrays["y"][begun, :4] = of_unit_length(arrays["y"][begun, :4])

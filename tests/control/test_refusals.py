@@ -3,7 +3,8 @@
 import importlib
 import inspect
 import pkgutil
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import is_dataclass, replace
+from typing import get_type_hints
 
 import numpy as np
 import pytest
@@ -56,13 +57,14 @@ CONTROLLERS = (
     upright_coin.TwoRolls(systems.UprightCoin(), 0.3, 0.5),
     heavy_top.UprightBalance(TOP, 0.3, 0.05),
 )
-NUMERIC = (float, int, "float", "int")  # a string where annotations are not evaluated
-NUMBERS = [
-    (controller, field.name)
-    for controller in CONTROLLERS
-    for field in fields(controller)
-    if field.type in NUMERIC
-]
+
+
+def numbers_of(kind):
+    """Names of its fields that are numbers."""
+    return [name for name, hint in get_type_hints(kind).items() if hint in (float, int)]
+
+
+NUMBERS = [(each, name) for each in CONTROLLERS for name in numbers_of(type(each))]
 
 
 @pytest.mark.parametrize(
@@ -90,7 +92,7 @@ def test_every_controller_with_numbers_is_tried():
         for room in rooms
         for name, kind in vars(room).items()
         if inspect.isclass(kind) and is_dataclass(kind) and "__post_init__" in dir(kind)
-        if any(field.type in NUMERIC for field in fields(kind)) and name not in systems.__all__
+        if numbers_of(kind) and name not in systems.__all__
     }
     # the one that is left is made with CasADi alone
     tried = {kind.__name__ for each in CONTROLLERS for kind in type(each).__mro__}

@@ -172,7 +172,7 @@ def test_in_every_film_somebody_succeeds_and_only_who_does_not_act_fails():
             assert len(shows) > 1
 
 
-def test_a_missing_a_changed_and_an_old_film_are_noticed(tmp_path):
+def test_a_missing_a_changed_and_an_old_film_are_noticed(tmp_path, capsys):
     ids = IDS[:4]
     for env_id in ids:
         (tmp_path / film_of(env_id)).write_bytes((FILMS / film_of(env_id)).read_bytes())
@@ -183,6 +183,7 @@ def test_a_missing_a_changed_and_an_old_film_are_noticed(tmp_path):
     (tmp_path / film_of(ids[3])).unlink()
     assert set(stale_films(tmp_path, ids)) == set(ids[1:])
     assert main(["films", str(tmp_path), "--check", "--ids", *ids[:2]]) == 1
+    assert capsys.readouterr().out == f"{ids[1]}: older than what draws it\n"
     assert main(["films", str(tmp_path), "--check", "--ids", ids[0]]) == 0
 
 

@@ -190,9 +190,17 @@ def overflow(env):
     env.venv.bad_reward_at = -1
 
 
+SPOILT = np.where(np.arange(4)[:, None] == 3, np.inf, np.zeros((4, 2)))
+
+
 def spoil_observation(env):
     env.venv.bad_reward_at = -1
-    env.venv._observe = lambda: np.where(np.arange(4)[:, None] == 3, np.inf, np.zeros((4, 2)))
+    env.venv._observe = lambda: SPOILT
+
+
+def spoil_last_observation(env):
+    env.venv.bad_reward_at, env.venv.limit = -1, 1
+    env.venv._observe = iter([SPOILT, np.zeros((4, 2))]).__next__
 
 
 @pytest.mark.parametrize(
@@ -200,7 +208,8 @@ def spoil_observation(env):
     [
         (lambda env: None, r"reward of row 2 .* step 6 of the run.*\[0.0, 0.0\]"),
         (overflow, "sum of rewards of an episode overflowed at step 6"),
-        (spoil_observation, "observation of row 3"),
+        (spoil_observation, "^observation of row 3"),
+        (spoil_last_observation, "^last observation of row 3"),
     ],
 )
 def test_what_is_not_finite_stops_at_its_step_and_is_named(drift, spoil, message):
@@ -217,6 +226,11 @@ def test_an_action_that_is_not_finite_is_named_and_not_taken(drift, bad):
         with pytest.raises(NonFiniteError, match=r"action of row 1 .* step 6 of the run"):
             drift.step(given)
     assert drift.venv.state["elapsed"].tolist() == before
+
+
+@pytest.mark.parametrize("bad", [None, 0.5, [[0.0] * 2] * 4, np.full((4, 2), "0"), np.ones(4) * 1j])
+def test_what_is_no_array_of_numbers_is_no_action(drift, bad):
+    refuses(r"(?s)^actions = .*; expected an array of numbers, a row for each", drift.step, bad)
 
 
 GOAL = "RigidEnvs/BallParkGoal-v0"

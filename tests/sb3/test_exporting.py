@@ -133,6 +133,12 @@ def columns():
     return DummyVecEnv([lambda: env])
 
 
+def switches():
+    cart, space = gym.make("CartPole-v1"), gym.spaces.MultiBinary(1)
+    env = gym.wrappers.TransformAction(cart, lambda bits: int(bits[0]), space)
+    return DummyVecEnv([lambda: env])
+
+
 def part_scaled():
     return VecNormalize(make_vec_env(GOAL), norm_obs_keys=["observation"])
 
@@ -150,6 +156,7 @@ def part_scaled():
         (PPO, lambda: VecFrameStack(make_vec_env(BODY), 2), {}, "env = VecFrameStack; expected no"),
         (PPO, part_scaled, {}, r"norm_obs_keys = \['observation'\]; expected all parts"),
         (PPO, columns, {}, "; expected a Box of one axis"),
+        (PPO, switches, {}, r"action_space = MultiBinary\(1\); expected Box or Discrete"),
         (PPO, flat_goals, {}, "observations are not those of RigidEnvs/BallParkGoal-v0; expected"),
     ],
     ids=lambda value: getattr(value, "__name__", None),  # no addresses: workers compare the ids
