@@ -17,7 +17,6 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.watch.drawing import Drawing
 from rigid_envs.watch.panda import load_without_x11
 from tests.programs import printed
-from tests.refusals import refuses
 
 IDS = tuple(ENVIRONMENTS)
 PARK = "RigidEnvs/BallPark-v0"
