@@ -10,7 +10,15 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.scores import policies
 from rigid_envs.scores.best import least_time, limit_of
 from rigid_envs.scores.evaluation import evaluate, make_rows
-from rigid_envs.scores.starts import METRICS, Tally, evaluation_seeds, metrics_of, play, row_seeds
+from rigid_envs.scores.starts import (
+    METRICS,
+    Tally,
+    evaluation_seeds,
+    joined,
+    metrics_of,
+    play,
+    row_seeds,
+)
 from rigid_envs.scores.statistics import mean_interval
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.tasks.registry import ENVIRONMENTS
@@ -99,18 +107,19 @@ def test_no_reference_beats_theory_from_any_start(env_id):
         assert (sign * (value - best_there_is) <= 1e-6 * np.abs(best_there_is)).all()
 
 
-def test_detumbling_reaches_both_of_its_optima():
+@pytest.mark.parametrize("config", [{}, {"start_momentum": 0.4}], ids=["many", "one or none"])
+def test_detumbling_reaches_both_of_its_optima(config):
     n = 20
-    envs = begun(DETUMBLE, n)
+    envs = begun(DETUMBLE, n, config)
     optimum = {name: limit_of(DETUMBLE, name).values(envs) for name in ("loss", "time")}
     laws = {
         name: policies.from_controller(law)
         for name, law in policies.reference_controllers(DETUMBLE).items()
     }
-    losses = evaluate(DETUMBLE, laws["riccati"], n=n).values["loss"]
+    losses = evaluate(DETUMBLE, laws["riccati"], n=n, config=config).values["loss"]
     # actions are float32, and the cost is least there: errors enter squared, but for |L| itself
     np.testing.assert_allclose(losses, optimum["loss"], rtol=1e-6)
-    times = evaluate(DETUMBLE, laws["brake"], n=n).values["time"]
+    times = evaluate(DETUMBLE, laws["brake"], n=n, config=config).values["time"]
     np.testing.assert_allclose(times, optimum["time"], rtol=1e-12)
 
 
@@ -132,13 +141,22 @@ def test_a_ball_of_twice_the_radius_is_led_alike_on_twice_the_scale(name, config
             np.testing.assert_allclose(two.y[:, 4:6], 2.0 * one.y[:, 4:6], rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("place", [(3.0, 0.0), (0.0, -2.0), (-1.5, 2.0)])
+@pytest.mark.parametrize("place", [(3.0, 0.0), (0.0, -0.5), (-1.5, 2.0)])
 def test_the_bound_of_an_upright_ball_is_the_straight_line_to_the_edge_of_the_tolerance(place):
     env_id = "RigidEnvs/BallPark-v0"
     state = {"q": [1.0, 0.0, 0.0, 0.0], "position": place}
     envs = begun(env_id, 1, seed=0, options={"state": state})
     expected = np.hypot(*place) - envs.task.position_tolerance
     np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-14)
+
+
+def test_the_bound_of_a_ball_on_the_grid_is_two_moves_at_home_and_one_beside_it():
+    env_id = "RigidEnvs/BallGrid-v0"
+    state = {"q": [1.0, 0.0, 0.0, 0.0], "position": (0.0, 0.0)}
+    envs = begun(env_id, 1, seed=0, options={"state": state})
+    for moves in (2, 1):
+        assert limit_of(env_id, "time").values(envs) == [moves * envs.task.dt]
+        envs.step(np.array([0]))
 
 
 @pytest.mark.parametrize(
@@ -333,7 +351,8 @@ def test_an_episode_counts_as_in_an_evaluation(env_id, seed):
         over = terminated or truncated
     left = iter(actions)
     theirs = play(lambda _: np.array([next(left)]), make_rows(env_id, 1), [seed], record.error)
-    assert play(lambda _: actions[:1], make_rows(env_id, 1), [seed], limit=2).limit == 2
+    cut = play(lambda _: actions[:1], make_rows(env_id, 1), [seed], limit=2)
+    assert cut.limit == 2 and joined([cut, theirs], 2).limit == theirs.limit
     ours = tally.episodes()
     for field in fields(ours):
         if field.name != "bounds":
