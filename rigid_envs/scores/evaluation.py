@@ -240,8 +240,7 @@ def _play(
         with witness.watching():
             act, told = policy(envs), witness.told
             parts.append(starts.play(act, envs, own, error, progress, limit, told))
-    given = limit or getattr(_spec(envs), "max_episode_steps", None)
-    return starts.joined(parts, n, given or max(part.limit for part in parts))
+    return starts.joined(parts, n)
 
 
 # Published policies evaluated again: every figure must be hit to the last digit.

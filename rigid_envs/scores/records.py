@@ -269,8 +269,8 @@ def _close(told: Any, value: Any) -> bool:
     if isinstance(value, dict):
         alike = isinstance(told, dict) and told.keys() == value.keys()
         return alike and all(_close(told[key], value[key]) for key in value)
-    if told is None or value is None:
-        return told is value
+    if value is None:
+        return told is None
     try:
         return bool(np.allclose(told, value, rtol=1e-9, atol=1e-12))
     except (TypeError, ValueError):

@@ -106,19 +106,18 @@ class Episodes:
     limit: int
 
 
-def joined(parts: Sequence[Episodes], n: int, limit: int) -> Episodes:
+def joined(parts: Sequence[Episodes], n: int) -> Episodes:
     """The first n episodes of several.
 
     Args:
         parts: Each with at least one episode.
         n: Number of episodes.
-        limit: Number of steps after which an episode is cut off.
     """
-    columns: dict[str, Any] = {}
+    columns: dict[str, Any] = {"limit": max(part.limit for part in parts)}
     for name in ("returns", "lengths", "successes", "since", "terminated", "costs", "errors"):
         each = [getattr(part, name) for part in parts]
         columns[name] = None if each[0] is None else np.concatenate(each)[:n]
-    return Episodes(seeds=[k for part in parts for k in part.seeds][:n], limit=limit, **columns)
+    return Episodes(seeds=[k for part in parts for k in part.seeds][:n], **columns)
 
 
 # Metrics of an episode, and the metrics of an id.

@@ -1,6 +1,7 @@
 """Pictures of episodes show them in real time, side by side, in a film or in a window."""
 
 import re
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -156,6 +157,7 @@ def test_episodes_of_several_tasks_share_a_film():
     found = [played(PARK), played("RigidEnvs/SleepingTop-v0", "zero")]
     tasks = [each.task for each in found]
     assert films.pictures_per_second(*tasks) == films.pictures_per_second(tasks[1]) == 40.0
+    assert films.pictures_per_second(replace(tasks[0], dt=0.125)) == 24.0
     seconds = max(len(each.episode) * each.task.dt for each in found)
     assert len(pictures(found, fps=5.0, hold=0.0)) == round(seconds * 5.0) + 1
 

@@ -467,3 +467,12 @@ def test_too_many_and_unknown_episodes_are_refused():
         html(5 * [(replay, 0)])
     with pytest.raises(ValueError, match="episode = 1; expected 0 to 0"):
         html([(replay, 1)])
+
+
+def test_a_page_that_is_too_large_shows_fewer_moments_or_is_refused(body, monkeypatch):
+    whole = html([(body, 0)])
+    monkeypatch.setattr("rigid_envs.watch.replays.page.MOST_BYTES", len(whole.encode()) - 1)
+    assert len(html([(body, 0)])) < len(whole)
+    monkeypatch.setattr("rigid_envs.watch.replays.page.MOST_BYTES", 1)
+    with pytest.raises(ValueError, match=r"page = \d+ bytes; expected less than 1: show fewer or"):
+        html([(body, 0)])

@@ -10,7 +10,15 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.scores import policies
 from rigid_envs.scores.best import least_time, limit_of
 from rigid_envs.scores.evaluation import evaluate, make_rows
-from rigid_envs.scores.starts import METRICS, Tally, evaluation_seeds, metrics_of, play, row_seeds
+from rigid_envs.scores.starts import (
+    METRICS,
+    Tally,
+    evaluation_seeds,
+    joined,
+    metrics_of,
+    play,
+    row_seeds,
+)
 from rigid_envs.scores.statistics import mean_interval
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.upright_coin.system import UprightCoin
@@ -97,6 +105,7 @@ def test_no_reference_beats_theory_from_any_start(env_id):
         (DETUMBLE, "loss", "riccati", {}),
         (DETUMBLE, "time", "brake", {}),
         (DETUMBLE, "time", "brake", {"tolerance": 0.2}),
+        (DETUMBLE, "time", "brake", {"start_momentum": 0.4}),  # one impulse or none
         (GRID, "path", "breadth_first", {}),
         (GRID, "time", "breadth_first", {}),
     ],
@@ -139,13 +148,22 @@ def test_a_ball_of_twice_the_radius_is_led_alike_on_twice_the_scale(name, config
             np.testing.assert_allclose(two.y[:, 4:6], 2.0 * one.y[:, 4:6], rtol=1e-12, atol=1e-12)
 
 
-@pytest.mark.parametrize("place", [(3.0, 0.0), (0.0, -2.0), (-1.5, 2.0)])
+@pytest.mark.parametrize("place", [(3.0, 0.0), (0.0, -0.5), (-1.5, 2.0)])
 def test_the_bound_of_an_upright_ball_is_the_straight_line_to_the_edge_of_the_tolerance(place):
     env_id = "RigidEnvs/BallPark-v0"
     state = {"q": [1.0, 0.0, 0.0, 0.0], "position": place}
     envs = begun(env_id, 1, seed=0, options={"state": state})
     expected = np.hypot(*place) - envs.task.position_tolerance
     np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-14)
+
+
+def test_the_bound_of_a_ball_on_the_grid_is_two_moves_at_home_and_one_beside_it():
+    env_id = "RigidEnvs/BallGrid-v0"
+    state = {"q": [1.0, 0.0, 0.0, 0.0], "position": (0.0, 0.0)}
+    envs = begun(env_id, 1, seed=0, options={"state": state})
+    for moves in (2, 1):
+        assert limit_of(env_id, "time").values(envs) == [moves * envs.task.dt]
+        envs.step(np.array([0]))
 
 
 @pytest.mark.parametrize(
@@ -347,7 +365,8 @@ def test_an_episode_counts_as_in_an_evaluation(env_id, seed):
         over = terminated or truncated
     left = iter(actions)
     theirs = play(lambda _: np.array([next(left)]), make_rows(env_id, 1), [seed], record.error)
-    assert play(lambda _: actions[:1], make_rows(env_id, 1), [seed], limit=2).limit == 2
+    cut = play(lambda _: actions[:1], make_rows(env_id, 1), [seed], limit=2)
+    assert cut.limit == 2 and joined([cut, theirs], 2).limit == theirs.limit
     ours = tally.episodes()
     for field in fields(ours):
         if field.name != "bounds":

@@ -251,6 +251,9 @@ def test_figures_that_were_rounded_otherwise_are_read_and_others_refused(tmp_pat
             write_document(file, row)
             with nullcontext() if told else pytest.raises(DamagedFileError, match=name):
                 assert read_evaluation(file).row() == found.row()
+    lost = rigid_envs.evaluate(GRID, "zero", n=2)  # without means of successes
+    write_document(file, lost.row() | {"policy": scaled(lost.summary(), 1.0 + 1e-12)})
+    assert read_evaluation(file).row() == lost.row()
 
 
 STAYS = gym.make_vec(TOP, num_envs=2, autoreset_mode="Disabled")

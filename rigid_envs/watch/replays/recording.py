@@ -13,6 +13,7 @@ from gymnasium.vector import AutoresetMode
 
 from rigid_envs.base.checks import Array, require
 from rigid_envs.envs.lookup import actions_of
+from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.scores.evaluation import make_rows
 from rigid_envs.scores.policies import PolicyFactory
 from rigid_envs.scores.starts import TEST_SEED, play, row_seeds
@@ -250,10 +251,9 @@ def _checked_task(env: Any) -> Task:
                 "the recording one: record first, then wrap"
             )
         inner = inner.env
-    task = getattr(inner, "task", None)
-    if not isinstance(task, Task) or not hasattr(inner, "get_state"):
+    if not isinstance(inner, RigidEnv | RigidVectorEnv):
         raise ValueError(f"env = {inner!r:.100}; expected an environment of rigid_envs")
-    return task
+    return inner.task
 
 
 # Replays of policies from the starts of the evaluation set.

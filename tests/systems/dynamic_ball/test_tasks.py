@@ -102,7 +102,7 @@ def test_rates_are_those_commanded_at_the_end_of_the_period():
 
 
 def test_beyond_the_farthest_only_the_direction_of_the_offset_counts():
-    controller = controller_on(0.0)
+    controller = PlateRegulator(DynamicBall(), 100.0, DT)  # whose limit cuts no rate
     near, far = (
         controller(controller.ball.state(position=d * np.array([0.6, 0.8])), [0, 0])
         for d in (1, 50)

@@ -184,6 +184,12 @@ def test_angular_momenta_and_phases_beyond_double_precision_are_refused():
         free_body.omega(1e200, BODY, (1e200, 0.5e200, 0.0))
 
 
+def test_the_largest_moments_there_are_change_exponents_alone():
+    rates = np.array((0.3, 0.5, 0.0))
+    path = free_body.polhode(np.ldexp(BODY, 1022), np.ldexp(rates, -1022))  # of 3 2^1022 at most
+    assert path.m == free_body.polhode(BODY, rates).m
+
+
 @every(cases("free_top"))
 def test_poinsots_construction_agrees_with_the_reference(case):
     moments, omega0, scalars = case["in"]["I"], case["in"]["w0"], case["scalars"]

@@ -39,7 +39,10 @@ def steady(disk, theta, precession, omega3):
 
 
 def free_circles(disk):
-    """Steady circles that need no torque, by the closed form, and their curvatures times radius."""
+    """Steady circles that need no torque, by the closed form.
+
+    With their curvatures times radius, and the squares of the frequencies of their leans.
+    """
     for theta in (1.3, 1.5, 1.7):
         for ratio in (4.0, 9.0):
             radius = math.copysign(ratio, math.cos(theta)) * disk.radius
@@ -48,7 +51,8 @@ def free_circles(disk):
             )
             # the contact runs at phi' along its circle, whose radius is -radius psi' / phi'
             curvature = circle.precession / circle.spin
-            yield steady(disk, theta, circle.precession, circle.omega3), curvature
+            motion = steady(disk, theta, circle.precession, circle.omega3)
+            yield motion, curvature, circle.frequency_squared
 
 
 def played(controller, y, goal, n):
@@ -61,7 +65,7 @@ def played(controller, y, goal, n):
 @pytest.mark.parametrize("shape", DISKS)
 def test_on_a_steady_circle_of_the_closed_form_no_torque_is_asked_for(shape):
     controller = controller_of(shape)
-    for circle, curvature in free_circles(DISKS[shape]):
+    for circle, curvature, _ in free_circles(DISKS[shape]):
         assert controller.curvature(circle) == pytest.approx(curvature, rel=1e-12)
         # torques of m g r cos(theta) and more cancel, to rounding
         assert abs(float(controller(rolling_state(circle), curvature)[0])) < 1e-13
@@ -97,7 +101,7 @@ def test_rolling_is_read_off_at_any_heading_and_phase():
 @pytest.mark.parametrize("shape", DISKS)
 def test_the_lean_that_a_circle_asks_for_does_not_move_whatever_the_torque(shape):
     controller = controller_of(shape)
-    circle, curvature = next(free_circles(DISKS[shape]))
+    circle, curvature, _ = next(free_circles(DISKS[shape]))
     rng, y = np.random.default_rng(2), rolling_state(circle)
     for _ in range(8):
         y = controller.disk.advance(y, controller.inputs(rng.uniform(-0.05, 0.05, 1)), 0.01, 2)
@@ -137,11 +141,15 @@ def test_the_sampled_closed_loop_is_stable_at_every_stiffness(shape):
 
 @pytest.mark.parametrize("shape", DISKS)
 def test_the_riccati_value_is_the_cost_near_a_circle(shape):
-    controller = controller_of(shape)
-    circles, curvatures = zip(*free_circles(DISKS[shape]), strict=True)
+    controller, disk = controller_of(shape), DISKS[shape]
+    circles, curvatures, squares = zip(*free_circles(disk), strict=True)
     circle, curvature = DiskMotion(*np.array(circles).T), np.array(curvatures)
     states = played(controller, rolling_state(circle._replace(rate=1e-4)), curvature, 40)
     now, torque = rolling(states), controller.torque * controller(states, curvature)[..., 0]
+    stiffness = (disk.I1 + disk.m * disk.radius**2) * np.array(squares)
+    error = np.stack([now.lean - circle.lean, now.rate], axis=-1)
+    asked = controller.regulator(stiffness).feedback(error)[..., 0]
+    np.testing.assert_allclose(torque, asked, rtol=0, atol=1e-5 * np.abs(asked).max())
     cost = (now.lean - circle.lean) ** 2 + now.rate**2 / 300.0 + controller.input_weight * torque**2
     value = controller.value(states, curvature)
     # the linear motion is off by the size of the error; P is interpolated over the stiffness
