@@ -157,15 +157,6 @@ def test_the_bound_of_an_upright_ball_is_the_straight_line_to_the_edge_of_the_to
     np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-14)
 
 
-def test_the_bound_of_a_ball_on_the_grid_is_two_moves_at_home_and_one_beside_it():
-    env_id = "RigidEnvs/BallGrid-v0"
-    state = {"q": [1.0, 0.0, 0.0, 0.0], "position": (0.0, 0.0)}
-    envs = begun(env_id, 1, seed=0, options={"state": state})
-    for moves in (2, 1):
-        assert limit_of(env_id, "time").values(envs) == [moves * envs.task.dt]
-        envs.step(np.array([0]))
-
-
 @pytest.mark.parametrize(
     ("place", "phase", "way", "roll"),
     [((3.0, 4.0), 0.5, 5.0, 0.5), ((0.1, 0.0), -2.0, 0.1, 2.0), ((0.0, 0.04), 0.05, 0.0, 0.0)],
