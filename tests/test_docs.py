@@ -173,6 +173,8 @@ def test_table_of_rewards_names_every_term_with_its_weight(env_id):
         assert row["Argument"] == f"weight_{row['Term']}"
         assert float(row["Weight"]) == pytest.approx(getattr(task, row["Argument"]), rel=5e-6)
         assert row["Meaning"]
+        rule = type(task).__dataclass_fields__[row["Argument"]].metadata["rule"]
+        assert f"Weights may be {rule.low:g} to {rule.high:g}." in text_of(INDEX)
     prose = sections_of(env_id)["Rewards"].partition("\n| ")[0]
     assert not [term for term in task.terms if f"`{term}`" not in prose]
 
@@ -181,6 +183,9 @@ def test_table_of_rewards_names_every_term_with_its_weight(env_id):
 def test_arguments_are_those_that_are_accepted_with_their_defaults(env_id):
     task = gymnasium.make(env_id).unwrapped.task
     given = arguments_of(file_of(env_id))
+    (rows,) = tables_of(sections_of(env_id)["Arguments"])
+    assert len({row["Argument"] for row in rows}) == len(rows)
+    assert all(row["Meaning"] and row["Allowed"] for row in rows)
     assert set(given) == {field.name for field in dataclasses.fields(task)}
     made = gymnasium.make(env_id, **given).unwrapped.task
     for name, value in dataclasses.asdict(task).items():
@@ -202,9 +207,10 @@ def test_info_and_time_limit_are_those_of_the_environment(env_id):
     env, sections = gymnasium.make(env_id), sections_of(env_id)
     (rows,) = tables_of(sections["Info"])
     task, shared = env.unwrapped.task, {"is_success", "action_clipped", "physics_error"}
-    terms = {f"reward/{term}" for term in task.terms}
-    assert {row["Key"] for row in rows} | shared | terms == {*info_keys(task)}
-    assert all(f"`{key}`" in text_of(INDEX) for key in shared)
+    shared |= {f"reward/{term}" for term in task.terms}
+    assert [row["Key"] for row in rows] == [key for key in info_keys(task) if key not in shared]
+    told = text_of(INDEX).partition("\n### Info\n")[2].partition("\n#")[0]
+    assert all(f"`{re.sub('/.*', '/TERM', key)}`" in told for key in shared)
     assert env.unwrapped.task.cost_unit in rows[0]["Meaning"]
     assert f"After {env.spec.max_episode_steps} steps" in sections["Episode End"]
 

@@ -147,16 +147,6 @@ def _wrapped(angle: float) -> float:
     return angle + select(angle < -math.pi, 2.0 * math.pi, turn)
 
 
-@phase
-def write_attitude(
-    attitude: Function, buffer: Buffer, base: int, end: int, first: int, last: int
-) -> None:
-    """Write the attitude of rows ``first .. last - 1`` to the slots before slot `end`."""
-    for i in range(first, last):
-        entries = attitude(get(buffer, base, 0, i, _Q))
-        put(buffer, base, end - len(entries), i, entries)
-
-
 # Observations of rows and frames of their next actions, computed from the state.
 
 
@@ -197,7 +187,9 @@ def complete_observations(
     A reset may be given parameters outside their ranges: they are observed as the nearest end.
     """
     end = s.n_observation - s.n_observed  # of the attitude
-    write_attitude(attitude, buffer, base, slots.observation + end, first, last)
+    for i in range(first, last):
+        entries = attitude(get(buffer, base, slots.state, i, _Q))
+        put(buffer, base, slots.observation + end - len(entries), i, entries)
     for k in range(s.n_observed):
         slot = np.int64(buffer[s.observed + k])
         low, high = buffer[s.bounds + 2 * (end + k)], buffer[s.bounds + 2 * (end + k) + 1]

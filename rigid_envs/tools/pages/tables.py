@@ -287,10 +287,9 @@ def argument_table(task: Task, given: Mapping[str, Any]) -> Table:
             field.name.startswith("weight_") or shared.get(field.name) == field.default
         ):
             continue
-        rule, value = field.metadata["rule"], getattr(task, field.name)
-        here = [_written(value) if field.name in given else ""] if given else []
-        default = _written(field.default)
-        rows.append((field.name, *here, default, rule.unit, _allowed(rule), rule.text))
+        name, *others = _argument(field)
+        here = [_written(getattr(task, name)) if name in given else ""] if given else []
+        rows.append((name, *here, *others))
     first, *others = _COLUMNS
     columns = (first, *(["Here"] if given else []), *others)
     return Table(columns, rows, "=>><=<" if given else "=><=<")
@@ -336,11 +335,13 @@ def shared_arguments() -> list[Field[Any]]:
 
 def shared_table() -> Table:
     """Arguments that all tasks share."""
-    rows = []
-    for field in shared_arguments():
-        rule = field.metadata["rule"]
-        rows.append((field.name, _written(field.default), rule.unit, _allowed(rule), rule.text))
-    return Table(_COLUMNS, rows, "=><=<")
+    return Table(_COLUMNS, list(map(_argument, shared_arguments())), "=><=<")
+
+
+def _argument(field: Field[Any]) -> tuple[str, ...]:
+    """Cells of an argument, in the order of `_COLUMNS`."""
+    rule = field.metadata["rule"]
+    return field.name, _written(field.default), rule.unit, _allowed(rule), rule.text
 
 
 def _ordered(task: Task) -> list[Field[Any]]:
@@ -373,8 +374,8 @@ def _allowed(rule: Number | Integer | Choice | Flag) -> str:
 # Success, efficiency and cost of the untrained policies of an environment, from its data.
 
 _KNOWN = (
-    "The best known `{cost}` of the {n} starts are of {finders}; in the efficiency it is at least "
-    "{floor:g}{unit}."
+    "Of the {n} starts, the best known `{cost}` was found by {finders}. The efficiency takes no "
+    "`{cost}` below {floor:g}{unit}."
 )
 
 
