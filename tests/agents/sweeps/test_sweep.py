@@ -22,7 +22,6 @@ from agents.config.search import read_search
 from agents.evaluation.reports import evaluate
 from agents.storage.runs import Run, open_run, read_config
 from agents.sweeps import sweep as module
-from agents.sweeps.search import search_recipe
 from agents.sweeps.sweep import Processes, Training, train_all
 from agents.training.recording import is_complete, publish
 from agents.training.trainer import Session, train
@@ -269,6 +268,10 @@ RECIPE = SMALL | {
 
 
 def test_what_stands_in_the_folder_of_a_search_is_not_run(tmp_path):
+    pytest.importorskip("ray")
+    pytest.importorskip("optuna")
+    from agents.sweeps.search import search_recipe
+
     (tmp_path / "search.yaml").write_text(dump_yaml({"trials": 1, "recipe": RECIPE}))
     search, mark = read_search(tmp_path / "search.yaml"), tmp_path / "mark"
     for k, content in enumerate(harmful(mark)):
