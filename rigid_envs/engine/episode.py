@@ -15,7 +15,7 @@ from rigid_envs.engine.dynamics import Dynamics, check_derive
 from rigid_envs.engine.elementary import clamp
 from rigid_envs.engine.layout import Prototypes, Slots, slots_of
 from rigid_envs.engine.loops import Functions, Reset, Step, reset_rows, step_rows
-from rigid_envs.engine.publication import UNDISTURBED, Array, Disturbances, hidden
+from rigid_envs.engine.publication import NOISE_AND_DELAY, UNDISTURBED, Array, Disturbances
 from rigid_envs.engine.rows import prototype
 
 # Clipping of actions to the action space.
@@ -149,7 +149,6 @@ class Episode:
         start, clip, actuate, outcome, observe: see the list above.
         Frame: `NamedTuple` of the frame.
         frame_of, turn: see the list above; by default actions are given in the frame of `actuate`.
-        attitude: observed entries of a quaternion, after the features; by default none.
         disturbances: noise and delay between agent and body; by default none.
         advance: one step of the integrator, by default that of the system.
         contact: contact with the ground, by default that of the system.
@@ -173,7 +172,6 @@ class Episode:
     Frame: type[Any] = NoFrame
     frame_of: Function = no_frame
     turn: Function = as_given
-    attitude: Function = hidden
     disturbances: Disturbances = UNDISTURBED
     Constants: type[Any] = NoConstants
     Auxiliary: type[Any] = NoAuxiliary
@@ -234,7 +232,6 @@ class Episode:
             grip=ground.grip,
             slips=ground.slips,
             observe=self.observe,
-            attitude=self.attitude,
             frame_of=self.frame_of,
             disturb_actions=self.disturbances.of_actions,
             disturb_observations=self.disturbances.of_observations,
@@ -272,6 +269,6 @@ class Episode:
 
 
 @cache
-def observed(episode: Episode, attitude: Function, disturbances: Disturbances) -> Episode:
-    """The same episode with an observed attitude, noise and delay; made and compiled once."""
-    return replace(episode, attitude=attitude, disturbances=disturbances)
+def with_noise_and_delay(episode: Episode) -> Episode:
+    """The same episodes with noise and delay; made and compiled once."""
+    return replace(episode, disturbances=NOISE_AND_DELAY)

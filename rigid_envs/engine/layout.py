@@ -89,6 +89,7 @@ class Sizes(NamedTuple):
     n_observed: int
     n_observation: int
     n_exact: int
+    rotation: int
     noisy_actions: int
     noisy_observations: int
     fastest: float

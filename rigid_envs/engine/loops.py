@@ -56,7 +56,6 @@ class Functions(NamedTuple):
     grip: Function
     slips: Function
     observe: Function
-    attitude: Function
     frame_of: Function
     disturb_actions: Function
     disturb_observations: Function
@@ -110,7 +109,7 @@ def step_rows(e: Functions) -> Step:
             _actuate(e, buffer, slots, base, n, c)
             _integrate(e, buffer, s, base, n)
             n_raised += _conclude(e, buffer, s, slots, base, n, weights, c)
-            complete_observations(e.attitude, e.disturb_observations, buffer, s, slots, base, 0, n)
+            complete_observations(e.disturb_observations, buffer, s, slots, base, 0, n)
             span = Span(base, row, 0, n)
             publish_results(buffer, s, slots, span, results)
             publish_observations(buffer, s, slots, span, observations)
@@ -312,8 +311,7 @@ def reset_rows(e: Functions) -> Reset:
             if _is_outside(e, buffer, s, slots, base, i):
                 outside = row
             observe_features(e.observe, e.frame_of, e.prototypes, buffer, slots, base, i, i + 1, c)
-            disturb = e.disturb_observations
-            complete_observations(e.attitude, disturb, buffer, s, slots, base, i, i + 1)
+            complete_observations(e.disturb_observations, buffer, s, slots, base, i, i + 1)
             publish_observations(buffer, s, slots, span, observations)
         return outside
 

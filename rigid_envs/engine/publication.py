@@ -34,7 +34,6 @@ from rigid_envs.engine.rows import (
 
 _ONE, _EIGHT = (0.0,), (0.0,) * 8
 
-Function = Callable[..., Any]
 Results = npt.NDArray[np.float64]
 Observations = npt.NDArray[np.float32]
 Outputs = tuple[Results, Observations, Bools]
@@ -102,15 +101,10 @@ def publish_flags(buffer: Buffer, s: Sizes, slots: Slots, span: Span, flags: Boo
             store_byte(flags, k * s.n_rows + row + i, (flag,), 1)
 
 
-# Observed attitude: nothing, matrix, two columns, quaternion or Euler angles.
+# Observed attitude: matrix, two columns, quaternion or Euler angles.
 
+HIDDEN, MATRIX, ROT6D, QUATERNION, EULER = range(5)
 _Q = (1.0, 0.0, 0.0, 0.0)
-
-
-@scalar
-def hidden(q: Quaternion) -> tuple[()]:
-    """Nothing."""
-    return ()
 
 
 @scalar
@@ -147,7 +141,28 @@ def _wrapped(angle: float) -> float:
     return angle + select(angle < -math.pi, 2.0 * math.pi, turn)
 
 
+@routine
+def write_attitude(
+    buffer: Buffer, base: int, end: int, first: int, last: int, representation: int
+) -> None:
+    """Write the attitude of rows ``first .. last - 1`` to the slots before slot `end`."""
+    if representation == MATRIX:
+        for i in range(first, last):
+            put(buffer, base, end - 9, i, matrix(get(buffer, base, 0, i, _Q)))
+    elif representation == ROT6D:
+        for i in range(first, last):
+            put(buffer, base, end - 6, i, rot6d(get(buffer, base, 0, i, _Q)))
+    elif representation == QUATERNION:
+        for i in range(first, last):
+            put(buffer, base, end - 4, i, canonical(get(buffer, base, 0, i, _Q)))
+    elif representation == EULER:
+        for i in range(first, last):
+            put(buffer, base, end - 3, i, euler(get(buffer, base, 0, i, _Q)))
+
+
 # Observations of rows and frames of their next actions, computed from the state.
+
+Function = Callable[..., Any]
 
 
 @phase
@@ -173,23 +188,14 @@ def observe_features(
 
 @phase
 def complete_observations(
-    attitude: Function,
-    disturb: Function,
-    buffer: Buffer,
-    s: Sizes,
-    slots: Slots,
-    base: int,
-    first: int,
-    last: int,
+    disturb: Function, buffer: Buffer, s: Sizes, slots: Slots, base: int, first: int, last: int
 ) -> None:
     """Write what follows the features: attitude, drawn parameters, noise.
 
     A reset may be given parameters outside their ranges: they are observed as the nearest end.
     """
     end = s.n_observation - s.n_observed  # of the attitude
-    for i in range(first, last):
-        entries = attitude(get(buffer, base, slots.state, i, _Q))
-        put(buffer, base, slots.observation + end - len(entries), i, entries)
+    write_attitude(buffer, base, slots.observation + end, first, last, s.rotation)
     for k in range(s.n_observed):
         slot = np.int64(buffer[s.observed + k])
         low, high = buffer[s.bounds + 2 * (end + k)], buffer[s.bounds + 2 * (end + k) + 1]

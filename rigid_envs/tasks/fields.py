@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from rigid_envs.base.settings import Choice, Number, setting
-from rigid_envs.engine import algebra, publication
+from rigid_envs.engine import publication as attitude
 
 # Entries of actions and observations, and the ways in which an attitude can be observed.
 
 ROTATIONS = {
-    "none": publication.hidden,
-    "matrix": algebra.matrix,
-    "rot6d": publication.rot6d,
-    "quat": publication.canonical,
-    "euler": publication.euler,
+    "none": attitude.HIDDEN,
+    "matrix": attitude.MATRIX,
+    "rot6d": attitude.ROT6D,
+    "quat": attitude.QUATERNION,
+    "euler": attitude.EULER,
 }
 
 

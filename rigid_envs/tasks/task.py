@@ -21,9 +21,8 @@ from rigid_envs.base.settings import (
     refusal,
     setting,
 )
-from rigid_envs.engine.episode import Episode, observed
+from rigid_envs.engine.episode import Episode, with_noise_and_delay
 from rigid_envs.engine.layout import CHANNEL, Sizes
-from rigid_envs.engine.publication import NOISE_AND_DELAY, UNDISTURBED
 from rigid_envs.engine.rows import LANES
 from rigid_envs.mechanics.system import System
 from rigid_envs.tasks.fields import (
@@ -212,9 +211,9 @@ class Task(Settings, abc.ABC):
         episode = self.episode
         if self.reduced is not None:
             episode = in_reduced_frame(episode, self.reduced)
-        disturbed = any(span(getattr(self, name))[1] for name in CHANNEL._fields)
-        disturbances = NOISE_AND_DELAY if disturbed else UNDISTURBED
-        return observed(episode, ROTATIONS[self._shown_rotation], disturbances)
+        if any(span(getattr(self, name))[1] for name in CHANNEL._fields):
+            episode = with_noise_and_delay(episode)
+        return episode
 
     @property
     def reduced(self) -> Reduction | None:
@@ -330,6 +329,11 @@ class Task(Settings, abc.ABC):
         return tuple(name for name, (low, high) in spans.items() if low < high)
 
     @property
+    def rotation_code(self) -> int:
+        """Code of the attitude representation in the kernels."""
+        return ROTATIONS[self._shown_rotation]
+
+    @property
     def _shown_rotation(self) -> str:
         return self.rotation if self.reduced is None else "none"
 
@@ -422,6 +426,7 @@ def new_buffer(
         n_observed=len(parts["observed"]),
         n_observation=n_observation,
         n_exact=2 * task.n_goal,
+        rotation=task.rotation_code,
         noisy_actions=int(noise > 0),
         noisy_observations=int(blur > 0),
         fastest=task.fastest,
