@@ -40,9 +40,7 @@ def test_the_next_process_finds_its_kernels(env_id):
     env.step(env.action_space.sample())
     for kernel in (env.task.compiled.step, env.task.compiled.reset):
         kept = cache_directory().glob(f"{kernel.py_func.__qualname__}-*.nbc")
-        assert list(kept), (
-            "does it hold addresses of this process, as of a function in an argument?"
-        )
+        assert list(kept), "it holds addresses of this process, of a function in an argument?"
 
 
 def test_no_published_id_has_gone():
