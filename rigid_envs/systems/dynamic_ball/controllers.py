@@ -186,7 +186,8 @@ class PushAlong(CheckedFields):
             ValueError: bad shapes or numbers, or a ball that is not at rest.
         """
         start, sides = self.ball.checked_state(y), array(rolls, "rolls", 2, entries="X, Y")
-        resting = np.all(start[..., 6:9] == 0.0, axis=-1)
+        still = np.all(self.ball.velocity(start) == 0.0, axis=-1)
+        resting = still & (self.ball.spin(start) == 0.0)
         require(resting, start, "y", "a ball at rest, at the start of a plan")
         lengths = np.linalg.norm(sides, axis=-1)
         halves = np.ceil(np.sqrt(lengths / (self.share * self._largest)) / self.dt)

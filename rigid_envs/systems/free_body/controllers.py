@@ -575,7 +575,7 @@ class ImpulseController(checks.CheckedFields, abc.ABC):
         """States, shape (..., 7), after the impulses of actions, shape (..., 3); then it drifts."""
         state = self.body.checked_state(y).copy()
         kick = self.impulse * np.asarray(action, dtype=np.float64)
-        state[..., 4:7] += kick / self.body.moments
+        state[..., 4:] += kick / self.body.moments
         return state
 
     def momentum(self, y: npt.ArrayLike) -> checks.Array:

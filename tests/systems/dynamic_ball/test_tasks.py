@@ -187,8 +187,9 @@ def test_what_cannot_be_pushed_or_planned_is_refused():
     refuses(r"share = 1\.1", PushAlong, BALL, 4.0, 0.1, share=1.1)
     with pytest.raises(ValueError, match=r"turntable_rate = 1.0; expected 0"):
         PushAlong(DynamicBall(turntable_rate=1.0), 4.0, 0.1)
-    with pytest.raises(ValueError, match=r"^y\[1\] = .*; expected a ball at rest, at the start"):
-        PUSHER.plan(BALL.state(velocity=[[0.0, 0.0], [0.1, 0.0]]), polygons(2))
+    for moving in ({"velocity": [[0.0, 0.0], [0.1, 0.0]]}, {"spin": [0.0, 0.1]}):
+        message = r"^y\[1\] = .*; expected a ball at rest, at the start"
+        refuses(message, PUSHER.plan, BALL.state(**moving), polygons(2))
     refuses(r"reach = 0\.0", roll_along, polygons(1), 0.0)
     refuses("rolls has shape", roll_along, np.zeros((3, 3)), 1.0)
 
