@@ -470,7 +470,7 @@ def fall(
     theta'^2 = 2 (E - V(theta)) / J with the effective potential V; period = 2 int dtheta / theta'.
     All are good to rounding, but for the period of a disk that starts within d of an unstable
     steady motion: the time that it lingers there is known to eps / d only. The period of one that
-    turns back within 1e-9 of both faces is good to 1e-6.
+    turns back within 1e-9 of both faces is good to 1e-6, and that of the smallest nods to 1e-10.
 
     Args:
         theta: angle of the axis from the vertical, above 0 and below pi [rad].

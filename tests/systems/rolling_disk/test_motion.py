@@ -178,6 +178,10 @@ def test_small_nods_have_the_frequency_of_the_steady_motion(theta, omega3):
         # Half of push / frequency to each side, and anharmonic by its square.
         assert nod.theta_max - nod.theta_min == pytest.approx(2e-3, rel=0.02)
         assert nod.period == pytest.approx(period, rel=1e-4)
+        share = 0.019 * math.sin(theta)  # of the push; what is anharmonic goes with its square
+        smaller = rolling_disk.fall(theta, share * push, *start, **DISK)
+        expected = period + share**2 * (nod.period - period)
+        assert smaller.period == pytest.approx(expected, rel=1e-10)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.95, 1.05, 3.0])
