@@ -141,6 +141,7 @@ def test_a_motion_is_the_step_repeated():
     np.testing.assert_array_equal(
         x[:, :, 0], np.transpose([[0.75, 0.5, 0, 0], [0.25, 0, 0, 0], [-1.5, -2, -3, -5]])
     )
+    np.testing.assert_array_equal(linear.simulate_closed_loop(saturated, [0.75], 0), [[0.75]])
 
 
 def test_the_region_of_a_scalar_loop_is_where_its_actuator_can_hold_it():

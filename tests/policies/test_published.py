@@ -215,7 +215,8 @@ def test_one_observation_is_acted_on_as_among_others():
 def test_an_observation_of_another_shape_or_not_finite_is_refused(shape):
     policy = CompiledPolicy(*example())
     one_bad = np.where(np.arange(policy.n_obs) == 1, np.nan, 0.0)
-    for obs in (np.zeros(shape), np.zeros((2, 1, policy.n_obs)), one_bad):
+    part = {"achieved_goal": np.zeros(policy.n_obs)}
+    for obs in (np.zeros(shape), np.zeros((2, 1, policy.n_obs)), one_bad, part):
         with pytest.raises(ValueError, match="every entry finite"):
             policy.predict(obs)
 

@@ -75,7 +75,7 @@ CASES = [
 @pytest.mark.parametrize("scaled", [False, True])
 def test_the_file_acts_as_the_model(tmp_path, kind, name, settings, more, scaled):
     rows = make_vec_env(name, 2, seed=1, **settings)
-    env = VecNormalize(VecMonitor(rows), clip_obs=2.0) if scaled else rows
+    env = VecNormalize(VecMonitor(rows), clip_obs=2.0, epsilon=0.1) if scaled else rows
     model = trained(kind, env, **more)
     file = export(model, tmp_path / "of it" / "policy.safetensors")
     policy = rigid_envs.load(file)

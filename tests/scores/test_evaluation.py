@@ -22,7 +22,7 @@ from rigid_envs.scores.starts import (
 from rigid_envs.scores.statistics import mean_interval
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.upright_coin.system import UprightCoin
-from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.tasks.registry import ENVIRONMENTS, ErrorTerm
 
 TOP = "RigidEnvs/SleepingTop-v0"
 DETUMBLE, GRID = "RigidEnvs/Detumble-v0", "RigidEnvs/BallGrid-v0"
@@ -331,10 +331,12 @@ def test_every_id_has_metrics_that_matter():
 
 
 def test_without_a_time_limit_the_longest_episode_is_taken_for_it():
-    tally, told = Tally([0, 1]), {"cost": 0.0, "is_success": False}
+    tally = Tally([0, 1], ErrorTerm("tilt", 10.0, "[rad]"))
     for ended in ([True, False], [False, True]):
+        told = {"cost": 0.0, "is_success": False, "reward/tilt": 0.25}
         tally.add(np.zeros(2), ended, False, told)
     assert tally.lengths.tolist() == [1, 2] and tally.episodes().limit == 2
+    np.testing.assert_allclose(tally.episodes().errors, 0.3)  # as in each of their own steps
 
 
 TALLIED = [f"RigidEnvs/{name}-v0" for name in ("BallPark", "DiskRoll", "SleepingTop", "BallGrid")]

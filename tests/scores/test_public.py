@@ -37,6 +37,8 @@ def pd(observations):
 class Counting:
     """A policy with a memory: how many steps each episode has had."""
 
+    name = max  # no text: not who acts
+
     def __init__(self):
         self.seen = []
 

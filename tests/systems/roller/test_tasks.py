@@ -40,6 +40,12 @@ def test_every_pass_gains_what_the_ratios_allow():
     np.testing.assert_allclose(heights[1:] / heights[:-1], PUMP.gain, rtol=late)
 
 
+def test_the_ratio_is_the_one_for_the_middle_of_the_period():
+    y = np.random.default_rng(0).uniform([-1.0, -0.01], [1.0, 0.01], (50, 2))
+    s, v = VALLEY.advance(y, [0.0, 0.9], 0.5 * DT).T
+    np.testing.assert_array_equal(PUMP(y, 0.9)[:, 0], np.where(s * v < 0.0, 1.0, -1.0))
+
+
 def test_the_number_of_passes_is_the_least_with_which_the_controller_comes_over_the_rim():
     for start in (-0.3, 2.0):
         for rim in (0.8, 1.4):
