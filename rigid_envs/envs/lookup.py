@@ -291,7 +291,7 @@ def one_of_each(ids: Iterable[str] = ENVIRONMENTS) -> list[str]:
     first: dict[tuple[bool, bool], str] = {}
     for env_id in ids:
         task = task_of(env_id)
-        first.setdefault((task.n_choices > 0, task.n_goal > 0), env_id)
+        first.setdefault((bool(task.n_choices), bool(task.n_goal)), env_id)
     return list(first.values())
 
 
