@@ -153,6 +153,12 @@ def test_a_gif_has_no_more_colours_than_its_level(tmp_path):
     assert len(np.unique(np.reshape(shown, (-1, 3)), axis=0)) <= 256
 
 
+def test_a_webp_has_all_colours_of_all_pictures(tmp_path):
+    pictures = noise(40, 1)
+    shown = read_animation(write_film(tmp_path / "a.webp", pictures, FPS).path)[0]
+    assert np.abs(np.subtract(shown, pictures, dtype=int)).max() < 8
+
+
 def test_each_level_of_quality_has_fewer_pixels_a_second_than_the_one_before():
     sizes = [level.scale**2 * level.fps for level in films._LEVELS]
     assert sizes == sorted(set(sizes), reverse=True)  # it is searched by bisection

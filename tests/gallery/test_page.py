@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools import gallery
+from rigid_envs.tools.bench.figures import FrameTimes
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.gallery import DATA, FIGURES, SOURCES, Made, page
 from rigid_envs.tools.pages.films import (
@@ -209,6 +211,14 @@ def test_times_on_the_page_are_those_of_the_data():
     assert {times["env_id"] for times in data["frames"]} == set(IDS)
     with pytest.raises(ConfigError, match="no marks"):
         with_table("# Another page", data)
+
+
+def test_a_page_of_times_and_the_data_beside_it_are_written_together(tmp_path, monkeypatch):
+    page, times = Path(shutil.copy(GUIDE, tmp_path)), [FrameTimes(IDS[0], 0.25, 0.125, 2.0)]
+    monkeypatch.setattr("rigid_envs.tools.bench.figures.frame_times", lambda *_, **__: times)
+    assert main(["frames", "--page", str(page)]) == 0
+    text, data = page.read_text(encoding="utf-8"), json.loads(page.with_suffix(".json").read_text())
+    assert text == with_table(text, data) and "250.0 ms" in text
 
 
 def test_pictures_take_no_longer_than_promised():

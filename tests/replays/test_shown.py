@@ -219,6 +219,13 @@ def test_a_turn_of_more_than_half_a_circle_in_a_step_keeps_its_sense():
     assert rotations.distance(q, turned).max() < 1e-6
 
 
+def test_moments_stand_as_close_as_the_fastest_step_of_the_episode_needs():
+    replay = recorded("RigidEnvs/Reorient-v0", torque=100.0, n_substeps=300)  # from rest
+    path = moments(replay.task, replay.episodes[0], 10_000)
+    q = rotations.normalize([moment.y[:4] for moment in path])
+    assert rotations.distance(q[1:], q[:-1]).max() < 0.5
+
+
 def test_budget_limits_the_moments_but_keeps_all_steps(free):
     task, episode = free
     assert len(moments(task, episode, 1)) == len(episode) + 1
