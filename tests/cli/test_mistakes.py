@@ -230,7 +230,7 @@ WORK = {  # of the verbs that tell progress: what does it, and what it gives; No
         [Outcome(SUBJECTS["upright_coin"].laws[0], 0.0, 0.0)],
     ),
     "verify --policies BallGrid": None,
-    "verify --scores BallGrid": ("rigid_envs.scores.best_known", None),
+    "verify --scores BallGrid": ("rigid_envs.scores.best.best_known", None),
     "verify row.json": None,
     "gallery racket --out .": ("rigid_envs.tools.gallery.write_figures", []),
     "films . --ids BallGrid": ("rigid_envs.tools.cli.watching.write_films", None),

@@ -211,6 +211,9 @@ def test_what_is_as_it_was_published_holds(shelf, capsys):
     out = capsys.readouterr().out
     assert rows(out) == dict.fromkeys(NAMES, "holds") and "FAILS" not in out
     assert "to the last digit: 2 policies" in out
+    for name in NAMES:  # both of it, then and now
+        share = published.published_evaluation(name).efficiency.mean
+        assert out.split().count(f"{share:.4f}") == 2
     assert out.startswith(heading(provenance()).partition("\n")[0])
 
 

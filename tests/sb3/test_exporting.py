@@ -98,11 +98,11 @@ def test_the_file_acts_as_the_model(tmp_path, kind, name, settings, more, scaled
 
 def test_environments_in_their_rows_and_parts_of_goals_are_exported(tmp_path):
     rows = DummyVecEnv([lambda: gym.make(f"RigidEnvs/{GOAL}-v0", frame="reduced")])
-    model = trained(PPO, VecExtractDictObs(rows, "observation"))
+    model = trained(PPO, VecExtractDictObs(rows, "achieved_goal"))
     policy = rigid_envs.load(export(model, tmp_path / "policy.safetensors"))
     assert policy.env_kwargs == {"frame": "reduced"}
     obs = rows.reset()
-    expected, _ = model.predict(obs["observation"], deterministic=True)
+    expected, _ = model.predict(obs["achieved_goal"], deterministic=True)
     np.testing.assert_allclose(policy.predict(obs)[0], expected, rtol=1e-4, atol=1e-5)
 
 
@@ -155,7 +155,7 @@ def part_scaled():
         (PPO, BODY, EXTRACTED, "features_extractor_class = Extractor; expected FlattenExtractor"),
         (PPO, lambda: VecFrameStack(make_vec_env(BODY), 2), {}, "env = VecFrameStack; expected no"),
         (PPO, part_scaled, {}, r"norm_obs_keys = \['observation'\]; expected all parts"),
-        (PPO, columns, {}, "; expected a Box of one axis"),
+        (PPO, columns, {}, r"^model: observation = Box(?s:.*); expected a Box of one axis"),
         (PPO, switches, {}, r"action_space = MultiBinary\(1\); expected Box or Discrete"),
         (PPO, flat_goals, {}, "observations are not those of RigidEnvs/BallParkGoal-v0; expected"),
     ],
