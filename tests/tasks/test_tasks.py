@@ -313,6 +313,13 @@ def test_each_number_of_a_tilt_that_the_task_holds_at_0_is_0_in_a_state(k):
         env.set_state(state)
 
 
+def test_a_state_without_an_attitude_may_be_0():
+    env = gym.make("RigidEnvs/RollPump-v0").unwrapped
+    env.reset(seed=0)
+    env.set_state({**env.get_state(), "y": np.zeros(2)})  # at rest where the path is level
+    assert not env.y.any()
+
+
 def test_a_success_that_slips_is_none():
     tight = {"position_tolerance": 10.0, "angle_tolerance": 3.2, "speed_tolerance": 10.0}
     for mu, success in ((1.0, True), (0.01, False)):
