@@ -121,6 +121,7 @@ def test_inside_out_is_refused():
 def test_a_flat_mesh_is_refused(q, height):
     flat = CORNERS * [1.0, 2.0, 0.0] @ matrix(q).T
     refuses("expected more than rounding", bodies.from_mesh, flat, CUBE, 1.0)
+    refuses("expected more than rounding", bodies.from_mesh, 0.0 * CORNERS, CUBE, 1.0)
 
 
 def test_a_plate_that_is_thin_but_not_flat_to_rounding_is_taken():

@@ -259,6 +259,11 @@ def test_between_samples_the_lyapunov_function_is_kept_and_over_them_it_falls():
     assert (value[-1] < 1e-2).mean() > 0.97
 
 
+def test_a_body_at_rest_is_not_near_minus_e2_and_is_left_alone():
+    """The gradient of W is 0 there."""
+    assert not steering()(BODY.state()).any() and steering().steers(BODY.state())
+
+
 def test_what_is_caught_is_held():
     """The unstable direction is within the reach of the torque, and omega2 is led back too."""
     controller, rng = steering(), np.random.default_rng(0)

@@ -34,8 +34,10 @@ def test_the_smallest_tilt_keeps_its_digits_beside_the_vertical():
     # whose fourth power, in the cubic, is still a number.
     for tilt in 10.0 ** -np.arange(1.0, 71.0, 3.0):
         for spin in (2.0, 3.999, 4.001, 9.0):
-            swing = heavy_top.nutation((0.0, 0.0, spin), measures.leaning(tilt), **TOP)
-            assert swing.theta_min == pytest.approx(tilt, rel=8 * EPS)
+            start = (0.0, 0.0, spin), measures.leaning(tilt)
+            smallest = heavy_top.nutation(*start, **TOP).theta_min
+            assert smallest == pytest.approx(tilt, rel=8 * EPS)
+            assert heavy_top.tilt(0.0, *start, **TOP) == pytest.approx(tilt, rel=8 * EPS)
 
 
 @every(cases("steady_precession"))

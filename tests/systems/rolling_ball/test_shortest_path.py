@@ -252,7 +252,7 @@ def test_paths_scale_with_the_radius():
 
 
 @pytest.mark.parametrize(
-    "way", [[0.3, 0.4], [2.0, -1.0], [0.0, 2.0 * math.pi], [-12.0 * math.pi, 0.0]]
+    "way", [[0.3, 0.4], [2.0, -1.0], [1e-6, -2e-3], [0.0, 2.0 * math.pi], [-12.0 * math.pi, 0.0]]
 )
 def test_where_a_straight_roll_leads_it_is_the_path(way):
     path = shortest_path(HOME, rolled(np.array(way)))
