@@ -297,6 +297,7 @@ def test_the_factor_of_a_matrix_that_may_be_singular():
     S = x @ x.swapaxes(1, 2)
     F = square_root(S)
     np.testing.assert_allclose(F @ F.swapaxes(1, 2), S, atol=1e-6)
+    np.testing.assert_array_equal(F, np.tril(F))
 
 
 @pytest.mark.parametrize("limits", KINDS.values(), ids=KINDS)

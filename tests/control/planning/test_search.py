@@ -271,6 +271,7 @@ def test_a_ball_is_pushed_straight_home_in_the_least_time():
     model = model_from(
         "RigidEnvs/BallParkDynamic-v0", 30, timed=True, q=q, position=(distance, 0.0)
     )
+    assert not model.weights.any()  # time alone counts
     task = model.task
     largest = task.force / (task.m * (1.0 + task.beta))
     part = np.sqrt(distance / largest) / task.dt
