@@ -344,7 +344,7 @@ def test_records_of_other_tasks_and_of_a_part_of_the_starts_are_passed_over(tmp_
     assert (found.env_id, len(found.costs)) == (record.env_id, 500)
 
 
-def test_a_rate_at_the_end_of_the_published_interval_is_within_it(tmp_path, monkeypatch):
+def test_a_rate_at_the_end_of_its_interval_holds_and_another_file_is_told(tmp_path, monkeypatch):
     name = NAMES[0]
     for file in FOLDER.glob(f"{name}.*"):
         shutil.copy(file, tmp_path)
@@ -360,6 +360,9 @@ def test_a_rate_at_the_end_of_the_published_interval_is_within_it(tmp_path, monk
         )
         again = recheck(name, OTHER_SEED, tmp_path)
         assert (again.differences == ()) == held and again.now.seed == OTHER_SEED
+    other = replace(published_record(name), policy_sha256=64 * "0")
+    write_record(tmp_path / f"{name}.json", other)
+    assert recheck(name, OTHER_SEED, tmp_path).differences[-1] == "the record is of another file"
 
 
 def test_a_policy_file_is_evaluated_by_the_command(tmp_path, capsys):

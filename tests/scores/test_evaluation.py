@@ -149,9 +149,14 @@ def test_a_ball_of_twice_the_radius_is_led_alike_on_twice_the_scale(name, config
 
 
 @pytest.mark.parametrize("place", [(3.0, 0.0), (0.0, -0.5), (-1.5, 2.0)])
-def test_the_bound_of_an_upright_ball_is_the_straight_line_to_the_edge_of_the_tolerance(place):
-    env_id = "RigidEnvs/BallPark-v0"
-    state = {"q": [1.0, 0.0, 0.0, 0.0], "position": place}
+@pytest.mark.parametrize("name", ["BallPark", "BallParkGoal"])
+def test_the_bound_of_a_ball_turned_as_its_goal_is_the_straight_line_to_the_edge_of_the_tolerance(
+    name, place
+):
+    env_id, home = f"RigidEnvs/{name}-v0", np.eye(1, 6)
+    envs = begun(env_id, 1, seed=0)
+    (goal,) = envs.auxiliary(*envs.task.aux_names) if name == "BallParkGoal" else home
+    state = {"q": goal[:4], "position": goal[4:] + place}
     envs = begun(env_id, 1, seed=0, options={"state": state})
     expected = np.hypot(*place) - envs.task.position_tolerance
     np.testing.assert_allclose(limit_of(env_id, "path").values(envs), expected, rtol=1e-14)

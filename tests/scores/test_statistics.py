@@ -97,11 +97,13 @@ def test_what_is_no_runs_is_refused():
         probability_of_improvement(RUNS, RUNS[:1])
 
 
-@pytest.mark.parametrize(("won", "n"), [(0, 7), (1, 7), (6, 7), (7, 7), (131, 500), (1, 1)])
+@pytest.mark.parametrize(("won", "n"), [(0, 7), (1, 7), (6, 7), (11, 11), (131, 500), (1, 1)])
 def test_the_interval_of_a_rate_is_that_of_wilson(won, n):
     theirs = stats.binomtest(won, n).proportion_ci(0.95, method="wilson")
+    low, high = wilson_interval(won, n)
     # the quantile of the normal distribution is written with 15 digits or more
-    np.testing.assert_allclose(wilson_interval(won, n), theirs, rtol=1e-13, atol=1e-16)
+    np.testing.assert_allclose([low, high], theirs, rtol=1e-13, atol=1e-16)
+    assert 0.0 <= low <= high <= 1.0  # to the last bit
 
 
 N = 20
