@@ -528,7 +528,7 @@ def three_rolls(
 
     Raises:
         ValueError: bad states, or a radius that is not positive.
-        ArithmeticError: no plan was found after 800 guesses.
+        ArithmeticError: no plan was found from any guess.
 
     Source: Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79.
     """
