@@ -92,7 +92,8 @@ def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(tmp_path,
 
 
 def test_evaluations_are_logged_and_the_best_policy_is_the_first_of_the_best(tmp_path):
-    run = trained(tmp_path, 20, eval_every=512, learning_rate=3e-3, seed=5)
+    # A rate so high that a policy gets worse: the last one is not the best.
+    run = trained(tmp_path, 4, eval_every=512, learning_rate=0.1, seed=5)
     names = {"eval/success_rate": "successes", "eval/mean_reward": "results",
              "eval/mean_ep_length": "ep_lengths", "eval/mean_cost": "costs"}  # fmt: skip
     logged = rows(run / "progress.csv")
@@ -105,7 +106,7 @@ def test_evaluations_are_logged_and_the_best_policy_is_the_first_of_the_best(tmp
     first = ages[ranked.index(max(ranked))]
     document = load(run / "best_model").document
     assert (document["timesteps"], document["seed"]) == (first, 5)
-    assert load(run / "last_model").document["timesteps"] == 512 * 20
+    assert first < load(run / "last_model").document["timesteps"] == 512 * 4
 
 
 def test_episodes_are_logged_at_the_age_of_all_rows_together(tmp_path):
