@@ -58,6 +58,7 @@ ROOMS = {
         (
             *("tests/scores", "tests/leaderboard", "tests/references"),
             *("tests/policies", "tests/sb3/test_exporting.py", "tests/cli/test_mistakes.py"),
+            "tests/control/planning",
         ),
     ),
     "references": Room(
@@ -70,7 +71,7 @@ ROOMS = {
     "replays": Room(("watch/replays/*.py",), ("tests/replays", "tests/cli/test_mistakes.py")),
     "films": Room(("watch/films.py",), ("tests/films", "tests/cli/test_mistakes.py")),
     "datasets": Room(("tools/datasets.py",), ("tests/datasets", "tests/cli/test_mistakes.py")),
-    "sb3": Room(("sb3/*.py",), ("tests/sb3",)),
+    "sb3": Room(("sb3/*.py",), ("tests/sb3", "tests/envs/test_shells.py")),
     "cli": Room(
         ("tools/cli/*.py",),
         (
@@ -84,6 +85,7 @@ ROOMS = {
         (
             *("tests/envs", "tests/test_checks.py", "tests/render/test_display.py"),
             *("tests/cli/test_cli.py", "tests/cli/test_mistakes.py", "rigid_envs/testing"),
+            "tests/test_registry.py",
         ),
     ),
     "ground": Room(
@@ -95,7 +97,8 @@ ROOMS = {
             *("tests/test_checks.py", "tests/test_core.py", "tests/test_files.py"),
             *("tests/test_registry.py", "tests/test_tensorfile.py"),
             *("tests/envs", "tests/tasks", "tests/cli/test_cli.py", "tests/cli/test_verify.py"),
-            "tests/replays/test_format.py",
+            *("tests/replays/test_format.py", "tests/cli/test_mistakes.py"),
+            "tests/systems/test_closed_forms.py",
             *("tests/agents/config", "tests/test_docs.py", "rigid_envs/testing"),
         ),
     ),
