@@ -185,8 +185,8 @@ def moments(task: Task, episode: PastEpisode, budget: int) -> list[Moment]:
     system = task.system(episode.parameters)
     steps = [episode.moment(k, task) for k in range(len(episode) + 1)]
     motions = [Interpolation(system, one, other) for one, other in pairwise(steps)]
-    angle = max((float(np.linalg.norm(motion.turn)) for motion in motions), default=0.0)
-    wanted = max(math.ceil(task.dt / _PERIOD), math.ceil(angle / _TURN))
+    turns = [float(np.linalg.norm(motion.turn)) for motion in motions]
+    wanted = math.ceil(max([task.dt / _PERIOD, *(turn / _TURN for turn in turns)]))
     found = steps[:1]
     for motion in motions:
         n = max(1, min(wanted, _MOST, budget // len(motions)))
