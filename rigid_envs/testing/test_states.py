@@ -105,8 +105,9 @@ def test_clocks_and_delayed_actions_are_taken_up_to_their_ends_and_no_further(en
             other = {name: each.copy() for name, each in state.items()}
             other[part][1, k] = number
             assert refusal(envs, other) is None or number == 0.0  # less than has been played
-            other[part][1, k] = np.nextafter(number, np.inf * beyond)
-            assert f"state: {part}" in refusal(envs, other)
+            for far in {np.nextafter(number, np.inf * beyond), number + beyond} - {number}:
+                other[part][1, k] = far
+                assert f"state: {part}" in refusal(envs, other)
             envs.set_state(state)
 
 

@@ -152,6 +152,10 @@ def test_settings_of_a_shell_are_refused_by_key(key, values):
             kind(PARK, **two | {key: value})
 
 
+def test_a_limit_may_be_as_large_as_a_refusal_says():
+    RigidVectorEnv(PARK, num_envs=2, max_episode_steps=2**53)
+
+
 @pytest.mark.parametrize(
     ("field", "value"),
     [

@@ -145,7 +145,8 @@ def test_a_caption_says_who_and_how_well():
     assert played(PARK).value == pytest.approx(played(PARK).episode.costs.sum())
     assert played(PARK, "zero").captioned()[1].label == "zero: no success"
     roll = "RigidEnvs/DiskRoll-v0"
-    assert films.figure(roll, played(roll, "zero").task, 0.25) == "error 0.25"  # without a unit
+    assert films.figure(roll, played(roll, "zero").task, 1e-9) == "error 1e-09"  # without a unit
+    assert films.figure(PARK, played(PARK).task, 1e-9) == "path 0 m"  # what is nothing to a cost
 
 
 def test_an_episode_is_over_at_success_and_else_cut_off():

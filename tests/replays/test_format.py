@@ -231,10 +231,14 @@ def test_times_that_stand_still_or_go_back_are_refused(k, step, file, tmp_path):
 
 
 @pytest.mark.parametrize("label", ["\x1b[2J", "two\nlines", "x" * 201, 3])
-def test_a_label_that_could_not_be_read_again_is_refused_before_anything_is_played(label):
+def test_a_label_that_could_not_be_read_again_is_refused_before_anything_is_played(label, file):
     refuses(r"^label = ", RecordReplay, gym.make("RigidEnvs/Detumble-v0"), label=label)
     with pytest.raises(ValueError, match=r"^label = "):
         RecordRows(gym.make_vec("RigidEnvs/Detumble-v0", num_envs=2), label=label)
+    replay = load_replay(file)
+    named = [replace(episode, label=label) for episode in replay.episodes]
+    with pytest.raises(ValueError, match=r"^episodes\[0\]\.label = "):
+        replace(replay, episodes=named)
 
 
 def test_a_provenance_that_could_not_be_read_again_is_refused_before_it_is_written(file):

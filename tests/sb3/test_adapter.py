@@ -141,6 +141,8 @@ def test_attributes_and_methods_reach_the_environment():
         each.unwrapped.count = lambda k=k: calls.append(f"row {k}") or k
     assert rows.env_method("count") == [0, 1] and rows.env_method("count", indices=[1]) == [1]
     assert calls == ["shared", "row 0", "row 1", "row 1"]
+    env.close()
+    assert env.venv.closed
 
 
 def test_what_wrappers_do_not_have_is_that_of_the_environment_behind_them():
@@ -193,9 +195,9 @@ def overflow(env):
 SPOILT = np.where(np.arange(4)[:, None] == 3, np.inf, np.zeros((4, 2)))
 
 
-def spoil_observation(env):
+def spoil_observation(env, seen=SPOILT):
     env.venv.bad_reward_at = -1
-    env.venv._observe = lambda: SPOILT
+    env.venv._observe = lambda: seen
 
 
 def spoil_last_observation(env):
@@ -209,6 +211,7 @@ def spoil_last_observation(env):
         (lambda env: None, r"reward of row 2 .* step 6 of the run.*\[0.0, 0.0\]"),
         (overflow, "sum of rewards of an episode overflowed at step 6"),
         (spoil_observation, "^observation of row 3"),
+        (lambda env: spoil_observation(env, (np.ones((4, 2)), SPOILT)), "^observation of row 3"),
         (spoil_last_observation, "^last observation of row 3"),
     ],
 )
