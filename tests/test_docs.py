@@ -246,7 +246,7 @@ def test_command_writes_what_is_missing_and_names_what_is_too_much(capsys, tmp_p
     folder = tmp_path / "new" / "pages"
     assert main(["docs", str(folder)]) == 0
     assert {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir()} == pages()
-    assert file_of(IDS[0]) in capsys.readouterr().out
+    assert capsys.readouterr().out == f"written to {folder}: {', '.join(pages())}\n"
     (folder / file_of(IDS[0])).write_text("old")
     (folder / "Gone.md").write_text("of an id that is no more")
     assert main(["docs", str(folder)]) == 0

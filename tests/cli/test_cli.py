@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+import inspect
 import json
 import os
 import re
@@ -162,6 +163,12 @@ def test_the_default_of_a_number_is_the_one_that_help_tells():
             found += option
             assert float(told) == default, option
     assert sorted(found) == ["--episodes", "--seed", "--seed", "--size", "--speed"]
+
+
+def test_help_of_a_verb_says_what_its_docstring_says():
+    for verb in _parser()._subparsers._group_actions[0].choices.values():
+        about = inspect.getdoc(verb.get_default("act")).partition("\n\n")[2]
+        assert "".join(about.split()) in "".join(verb.format_help().split())
 
 
 @pytest.mark.long

@@ -149,13 +149,15 @@ def test_another_finder_is_added_by_its_recorded_actions(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("env_id", "config", "label", "name"),
-    [(DETUMBLE, {"dt": 0.09}, "somebody", "somebody"), (GRID, {}, "", "found")],
+    ("env_id", "n", "config", "label", "name"),
+    [(DETUMBLE, 1, {"dt": 0.09}, "somebody", "somebody"), (GRID, 5, {}, "", "found")],
 )
-def test_a_replay_is_evaluated_as_whoever_played_it(env_id, config, label, name, tmp_path, capsys):
-    told = evaluate(env_id, "reference", n=5, config=config)
+def test_a_replay_is_evaluated_as_whoever_played_it(
+    env_id, n, config, label, name, tmp_path, capsys
+):
+    told = evaluate(env_id, "reference", n=n, config=config)
     policy = from_controller(reference_controllers(env_id)[told.policy])
-    replay = record_starts(policy, env_id, 5, label, config=config)
+    replay = record_starts(policy, env_id, n, label, config=config)
     lengths = {len(episode) for episode in replay.episodes}
     assert (len(lengths) > 1) == (env_id == GRID)  # its episodes end at success
     file = replay.save(tmp_path / "found.npz")
