@@ -98,7 +98,7 @@ ROOMS = {
             *("tests/test_registry.py", "tests/test_tensorfile.py"),
             *("tests/envs", "tests/tasks", "tests/cli/test_cli.py", "tests/cli/test_verify.py"),
             *("tests/replays/test_format.py", "tests/cli/test_mistakes.py"),
-            "tests/systems/test_closed_forms.py",
+            *("tests/systems/test_closed_forms.py", "tests/frozen/test_frozen.py"),
             *("tests/agents/config", "tests/test_docs.py", "rigid_envs/testing"),
         ),
     ),
