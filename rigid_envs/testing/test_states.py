@@ -170,6 +170,10 @@ def test_no_step_leads_on_from_the_state_of_an_environment_that_was_never_reset(
     with pytest.raises(ResetNeeded, match="before the first reset"):
         env.step(actions(env_id, 1, 1)[0, 0])
     assert_same_bits(env.reset(), quiet.reset())
+    env, quiet = single(env_id), single(env_id)
+    env.np_random, quiet.np_random = (np.random.default_rng(1) for _ in range(2))
+    env.set_state(quiet.get_state())
+    assert_same_bits(env.reset(), quiet.reset())
 
 
 def test_rows_that_have_not_begun_are_not_stepped_and_keep_their_streams(env_id):

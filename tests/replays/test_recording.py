@@ -40,7 +40,9 @@ def test_the_wrapper_changes_nothing_and_keeps_what_happened():
     assert np.array_equal(episode.y, states) and np.array_equal(episode.rewards, rewards)
     assert not episode.terminated and not episode.truncated
     for k, moment in enumerate(moments):
-        assert np.array_equal(episode.moment(k, env.unwrapped.task).action, moment.action)
+        kept = episode.moment(k, env.unwrapped.task)
+        for name in ("y", "u", "action", "time", "reward", "cost", "success"):
+            assert np.array_equal(getattr(kept, name), getattr(moment, name))
 
 
 def test_close_saves_finished_and_unfinished_episodes(tmp_path):

@@ -28,10 +28,11 @@ GRID = "RigidEnvs/BallGrid-v0"
 
 
 def test_the_least_cost_of_a_success_is_kept_with_who_found_it():
-    known = best.nobody(DETUMBLE, "loss", 4).improved("a", [1, 1, 0, 0], [3.0, 2.0, 0.0, 0.0])
-    known = known.improved("b", [1, 1, 1], [3.0 * (1 - 1e-12), 1.0, 5.0])
-    np.testing.assert_array_equal(known.costs, [3.0, 1.0, 5.0, np.nan])
-    assert known.finders == ("a", "b", "b", "") and known.shares == {"b": 2, "a": 1}
+    known = best.nobody(DETUMBLE, "loss", 5)
+    known = known.improved("a", [1, 1, 0, 1, 0], [3.0, 2.0, 0.0, 0.0, 0.0])
+    known = known.improved("b", [1, 1, 1, 1], [3.0 * (1 - 1e-12), 1.0, 5.0, 0.0])
+    np.testing.assert_array_equal(known.costs, [3.0, 1.0, 5.0, 0.0, np.nan])
+    assert known.finders == ("a", "b", "b", "a", "") and known.shares == {"a": 2, "b": 2}
 
 
 def test_the_data_are_of_every_id_and_say_where_they_come_from():

@@ -21,6 +21,7 @@ from rigid_envs.watch.replays.recording import record_starts
 
 TOP = "RigidEnvs/SleepingTop-v0"  # 300 steps, no bound is known, nobody succeeds by doing nothing
 PARK = "RigidEnvs/BallPark-v0"
+PLATE = "RigidEnvs/BallPlate-v0"  # episodes end when the ball rolls off
 DETUMBLE = "RigidEnvs/Detumble-v0"
 N = 4
 LAX = {"tolerance": 1.5, "start_tilt": 0.01}
@@ -257,7 +258,7 @@ class Halved(VectorActionWrapper):
         (TOP, lambda: Halved(gym.make_vec(TOP, num_envs=3))),
         (TOP, lambda: RigidEnv(ENVIRONMENTS[TOP].task)),
         (TOP, lambda: RescaleAction(gym.make(TOP), np.float32(-2.0), np.float32(2.0))),
-        (TOP, lambda: SyncVectorEnv([lambda: gym.make(TOP)] * 3)),
+        (PLATE, lambda: SyncVectorEnv([lambda: gym.make(PLATE)] * 3)),
         (PARK, lambda: gym.make_vec(PARK, num_envs=200, num_threads=2, frame="reduced")),
         ("RigidEnvs/BallGrid-v0", lambda: gym.make_vec("RigidEnvs/BallGrid-v0", num_envs=5)),
         ("RigidEnvs/BallGrid-v0", lambda: gym.make("RigidEnvs/BallGrid-v0")),

@@ -143,7 +143,7 @@ def test_actions_of_several_parts_are_played(vector):
     np.testing.assert_array_equal(found.values["return"], 3.0)
 
 
-def test_an_environment_without_a_registered_id_is_played_and_has_no_cost():
+def test_an_environment_without_a_registered_id_is_played_and_has_no_cost(tmp_path):
     env = TimeLimit(RigidEnv(rigid_envs.ENVIRONMENTS[TOP].task), 300)
     found = rigid_envs.evaluate("Mine/Top-v0", pd, n=3, env=env)
     expected = rigid_envs.evaluate(TOP, pd, n=3)
@@ -151,6 +151,7 @@ def test_an_environment_without_a_registered_id_is_played_and_has_no_cost():
         np.testing.assert_allclose(found.values[name], expected.values[name], rtol=1e-12)
     assert (found.env_id, found.config, found.cost, found.best) == ("Mine/Top-v0", {}, None, None)
     assert found.efficiency is None and found.gap is None and found.row()["cost"] is None
+    assert read_evaluation(found.save(tmp_path / "row.json")).row() == found.row()
     # under the id of its task it is what its rows are: here those of the registered one
     again = rigid_envs.evaluate(TOP, pd, n=3, env=env)
     assert again.config == {} and again.efficiency == expected.efficiency

@@ -91,8 +91,9 @@ def test_one_seed_says_nothing_about_others_and_two_policies_are_compared():
 
 
 def test_what_is_no_runs_is_refused():
-    with pytest.raises(ValueError, match=r"runs have shapes \[\]; expected"):
-        interquartile_mean([])
+    for runs in ([], [[0.3], []], [[0.3], [[0.5]]]):
+        with pytest.raises(ValueError, match=r"runs have shapes \[.*\]; expected"):
+            interquartile_mean(runs)
     with pytest.raises(ValueError, match=r"others = 1 ids; expected 2"):
         probability_of_improvement(RUNS, RUNS[:1])
 
