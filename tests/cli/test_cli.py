@@ -321,3 +321,6 @@ def test_what_was_compiled_and_what_was_there_is_told(monkeypatch, capsys):
     assert asked == [([f"BallParkGoal-v0 {part}, frame = world" for part in parts], 1)]
     said = capsys.readouterr().out
     assert said.startswith("1 kernels compiled in ") and ", 2 were there; in /" in said
+    monkeypatch.setattr("rigid_envs.tools.cli.collecting.cache_directory", lambda: None)
+    assert main(["compile", "BallParkGoal"]) == 2 and len(asked) == 1  # nothing could be kept
+    assert "no private folder for compiled code" in capsys.readouterr().err

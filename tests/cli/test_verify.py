@@ -5,6 +5,7 @@ import json
 import math
 import shutil
 import subprocess
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -207,9 +208,12 @@ def rows(out):
 
 
 def test_what_is_as_it_was_published_holds(shelf, capsys):
+    begin = time.perf_counter()
     assert main(["verify", "--policies"]) == 0
-    out = capsys.readouterr().out
+    out, took = capsys.readouterr().out, time.perf_counter() - begin
     assert rows(out) == dict.fromkeys(NAMES, "holds") and "FAILS" not in out
+    seconds = [float(line.split()[-2]) for line in out.splitlines() if line.endswith("holds")]
+    assert len(seconds) == 2 and min(seconds) >= 0.0 and sum(seconds) <= took + 0.1  # rounded
     assert "to the last digit: 2 policies" in out
     for name in NAMES:  # both of it, then and now
         share = published.published_evaluation(name).efficiency.mean

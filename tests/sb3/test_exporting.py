@@ -278,6 +278,7 @@ def test_a_seed_gives_the_episodes_that_their_function_gives(env_id):
         actions = rng.uniform(-1, 1, (3, *ours.action_space.shape)).astype(np.float32)
         for mine, other in zip(ours.step(actions)[:3], theirs.step(actions)[:3], strict=True):
             np.testing.assert_array_equal(mine, other)
+    assert make_vec_env(env_id).num_envs == their_make_vec_env(env_id).num_envs
     assert make_vec_env(env_id, seed=3).action_space.sample() == pytest.approx(
         make_vec_env(env_id, seed=3).action_space.sample()
     )
