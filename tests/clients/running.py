@@ -90,14 +90,14 @@ def run(row):
     with tempfile.TemporaryDirectory() as folder:
         versions = _output([python, "-c", _VERSIONS, *asked], folder).split()
         begin, before = time.perf_counter(), _processor_seconds()
-        told = _output([python, _RECIPES / f"{row.recipe}.py"], folder)
+        lines = _output([python, _RECIPES / f"{row.recipe}.py"], folder).splitlines()
         seconds, spent = time.perf_counter() - begin, _processor_seconds() - before
     return {
         "version": row.version or versions[-1],
         "gymnasium": versions[0],
         "seconds": round(seconds, 1),
         "processor_seconds": round(spent, 1),
-        "result": _result(told),
+        "result": json.loads([line for line in lines if line.startswith("{")][-1]),
     }
 
 
@@ -113,11 +113,6 @@ def _output(command, folder):
     )
     assert done.returncode == 0, f"{command}\n{done.stdout[-2000:]}{done.stderr[-4000:]}"
     return done.stdout
-
-
-def _result(told):
-    """The last line that is a JSON object."""
-    return json.loads([line for line in told.splitlines() if line.startswith("{")][-1])
 
 
 def _processor_seconds():

@@ -50,17 +50,13 @@ def broken_links(folder):
 def _leads_somewhere(target, path, pages):
     parts = urlsplit(target)
     if parts.scheme or parts.netloc:
-        return parts.scheme in ("data", "mailto") or _is_address(target)
+        address = parts.scheme == "https" and "." in parts.netloc and " " not in target
+        return address or parts.scheme in ("data", "mailto")
     to = (path.parent / unquote(parts.path)).resolve() if parts.path else path
     if not to.is_file():
         return False
     listed = to not in pages or to.name in _MADE_BY_SPHINX
     return listed or not parts.fragment or unquote(parts.fragment) in pages[to].anchors
-
-
-def _is_address(target):
-    parts = urlsplit(target)
-    return parts.scheme == "https" and "." in parts.netloc and " " not in target
 
 
 def main():

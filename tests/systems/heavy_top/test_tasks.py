@@ -288,10 +288,6 @@ def tilting(x, spin, heading=0.7):
     return np.concatenate([q, x[..., 2:], rest], axis=-1)
 
 
-def uneven_step(balance):
-    return lambda y: UNEVEN.advance(y, balance.inputs(balance(y)), DT, 2)
-
-
 def test_the_vertical_is_read_off_at_any_heading():
     x = 0.3 * np.random.default_rng(0).normal(size=(50, 4))
     for heading in (0.0, 2.0):
@@ -335,9 +331,12 @@ def test_from_the_fastest_spin_on_the_gains_are_those_of_it(sense):
 def test_limited_torque_brings_back_the_tilts_that_the_controller_says(spin):
     balance = uneven(0.3)
 
+    def step(y):
+        return UNEVEN.advance(y, balance.inputs(balance(y)), DT, 2)
+
     def succeeds(turn):
         y = UNEVEN.state(q=rotations.exp(turn), omega_body=[0.0, 0.0, spin])
-        return UNEVEN.tilt(linear.simulate_closed_loop(uneven_step(balance), y, 300)[-1]) < 0.05
+        return UNEVEN.tilt(linear.simulate_closed_loop(step, y, 300)[-1]) < 0.05
 
     angle = np.linspace(0.0, np.pi, 12)
     directions = np.stack([np.cos(angle), np.sin(angle), 0.0 * angle], axis=-1)
