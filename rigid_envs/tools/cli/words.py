@@ -174,7 +174,7 @@ def _nearest(rest: Sequence[str], told: str) -> str:
     """Which option, of those that a help tells, the words that none took may mean; or nothing."""
     known = re.findall(r"^ .*?(--[\w-]+)", told, re.MULTILINE)
     for word in rest:
-        for near in difflib.get_close_matches(word.partition("=")[0], known, n=1, cutoff=0.7):
+        for near in difflib.get_close_matches(word.partition("=")[0], known, cutoff=0.7):
             return f": did you mean {near}?"
     return ""
 
