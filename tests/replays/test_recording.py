@@ -9,13 +9,15 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
 
+from rigid_envs import __version__
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.scores.evaluation import evaluate
-from rigid_envs.scores.policies import from_controller, reference_controllers
+from rigid_envs.scores.policies import from_controller, reference_controllers, untrained_policy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import break_physics
 from rigid_envs.tools.cli import main
+from rigid_envs.watch.films import play_episode
 from rigid_envs.watch.replays.recording import RecordReplay, RecordRows, record_starts
 from rigid_envs.watch.replays.replay import id_of, load_replay, play_again, same_bits
 from tests.refusals import refuses
@@ -136,7 +138,7 @@ def test_the_first_episode_of_each_row_can_be_recorded_alone(tmp_path):
 
 
 @pytest.mark.parametrize("file", [None, "rows.npz"])
-def test_to_close_the_recorder_closes_what_it_records(tmp_path, monkeypatch, file):
+def test_what_records_or_plays_closes_its_environment(tmp_path, monkeypatch, file):
     closed = []
     for kind in (RigidEnv, RigidVectorEnv):
         monkeypatch.setattr(kind, "close", lambda env, **_: closed.append(env))
@@ -147,9 +149,10 @@ def test_to_close_the_recorder_closes_what_it_records(tmp_path, monkeypatch, fil
     ):
         env.close()
         assert closed.pop() is env.unwrapped and not closed
-    policy = from_controller(reference_controllers(PARK)["shortest_path"])
+    policy = untrained_policy(PARK, "zero")
     assert len(record_starts(policy, PARK).episodes) == 1
-    assert [env.num_envs for env in closed] == [1]
+    play_episode(policy, PARK, 0)
+    assert [env.num_envs for env in closed] == [1, 1]
 
 
 def test_what_cannot_be_recorded_is_refused():
@@ -236,7 +239,8 @@ def files(tmp_path_factory):
 def test_episodes_are_printed_and_played_again(files, capsys):
     assert main(["replay", *map(str, files)]) == 0
     text = capsys.readouterr().out
-    assert "RigidEnvs/IntermediateAxis-v0   cost: torque impulse [N m s]" in text
+    head = "RigidEnvs/IntermediateAxis-v0   cost: torque impulse [N m s]   rigid-envs "
+    assert f"{head}{__version__}\n" in text
     assert text.count("same bits") == 2 and "policy" in text
 
 
@@ -277,11 +281,11 @@ def test_a_page_of_several_files_is_written(files, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "lengths"),
     [
-        ("MANY", [1, 2, 3, 4]),  # a page has room for so many
-        ("MANY BALL", [1, 10]),
-        ("BALL MANY", [10, 1]),
-        ("MANY --episodes 4 2", [5, 3]),
-        ("MANY BALL --episodes 0", [1, 10]),
+        ("MANY", [0, 1, 2, 3]),  # a page has room for so many
+        ("MANY BALL", [0, 10]),
+        ("BALL MANY", [10, 0]),
+        ("MANY --episodes 4 2", [4, 2]),
+        ("MANY BALL --episodes 0", [0, 10]),
     ],
 )
 def test_the_first_episodes_of_a_file_or_the_first_of_each_are_shown_or_those_that_are_named(
@@ -290,7 +294,7 @@ def test_the_first_episodes_of_a_file_or_the_first_of_each_are_shown_or_those_th
 ):  # fmt: skip
     ball = rolling_ball("policy", 0, 6)
     (whole,) = ball.episodes
-    many = [play_again(ball.task, whole.start, whole.actions[:k]) for k in range(1, 6)]
+    many = [play_again(ball.task, whole.start, whole.actions[:k]) for k in range(5)]
     places = {
         "MANY": str(replace(ball, episodes=tuple(many)).save(tmp_path / "many.npz")),
         "BALL": str(files[1]),
@@ -310,6 +314,7 @@ def test_the_first_episodes_of_a_file_or_the_first_of_each_are_shown_or_those_th
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        ("none.npz", "FILE = none.npz; expected a replay: there is no such file"),
         ("BALL --html none/page.html", "expected a file in a folder that exists"),
         ("BALL --episodes 7 --html OUT", "episode = 7; expected 0 to 0"),
         ("BALL --video a.avi", "expected a name that ends in"),
