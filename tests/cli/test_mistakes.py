@@ -92,7 +92,7 @@ REFUSED = [
     ("dataset BallPark --policy random --name 'a b'", "name = 'a b'; expected NAMESPACE"),
     ("dataset BallPark --policy random --name x", "name = 'x'; expected NAMESPACE"),
     ("dataset BallPark --policy random --radios 1", "config.radios: unknown key"),
-    ("dataset BallPark --policy reference --frame reduced", "expected 'world'"),
+    ("dataset BallPark --policy reference --frame reduced", "acts in that frame\n"),
     ("dataset --check 'a b'", "name = 'a b'; expected NAMESPACE"),
     ("dataset BallPark --check mine-v0", "argument = 'BallPark'; expected one of those that --h"),
 ]

@@ -96,7 +96,8 @@ def test_one_changed_bit_is_found_and_named(capsys):
             values[2] = np.nextafter(before, np.inf, dtype=values.dtype)
         assert main(["dataset", "--check", name]) == 1
         told = capsys.readouterr().out
-        assert f"FAILS: {message}" in told and told.count("FAILS: ") == 1
+        assert told.startswith(f"FAILS: {message}") and told.count("FAILS: ") == 1
+        assert told.endswith("bit for bit: FAILS\n")
         with h5py.File(place, "r+") as file:
             file[key][2] = before
     assert not datasets.check(name).differences

@@ -65,6 +65,7 @@ def test_a_vector_environment_gives_a_picture_for_each_row_or_for_those_that_are
     single = gym.make(PARK, render_mode="rgb_array", width=96, height=64)
     single.reset(seed=2)
     assert np.array_equal(single.render(), pictures[1])
+    assert np.array_equal(envs.call("render"), pictures)
     many = gym.make_vec(PARK, num_envs=4096, render_mode="rgb_array", render_rows=[0, 7, 4095])
     many.reset(seed=0)
     assert len(many.render()) == 3

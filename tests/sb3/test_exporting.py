@@ -209,6 +209,7 @@ def test_the_rotations_from_one_attitude_to_another_stand_behind_all_that_is_obs
         [*map(seen.get, sorted(seen)), *(turn.reshape(3, 9) for turn in turns)], axis=1
     )
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6)
+    assert found.shape == (3, extractor.features_dim)
 
 
 def test_a_network_that_was_built_by_hand_is_refused_where_a_file_does_not_hold_it():
