@@ -44,8 +44,8 @@ class Recipe(NamedTuple):
             is unstable is better reached late.
     """
 
-    controller: str = ""
-    n_rounds: int = 24
+    controller: str
+    n_rounds: int
     hold: int = 1
     n_steps: int | None = None
     n_guesses: int = 0
@@ -53,7 +53,7 @@ class Recipe(NamedTuple):
     waits: tuple[int, ...] = (0,)
 
 
-_ROLLED = Recipe(n_rounds=16, n_steps=48, n_guesses=16)
+_ROLLED = Recipe("", 16, n_steps=48, n_guesses=16)
 RECIPES = {
     "BallPark": _ROLLED,
     "BallReorient": _ROLLED,

@@ -387,7 +387,7 @@ def tracking_gains(linear: Linear, weight: float = 1.0) -> Array:
     A, B = linear.A, linear.B
     n, m = B.shape[2:]
     gains = np.empty((len(A), A.shape[1], m, n))
-    P: Any = np.broadcast_to(weight * np.eye(n), A.shape[1:])
+    P = weight * np.eye(n)
     for t in range(len(A) - 1, -1, -1):
         right = B[t].swapaxes(1, 2) @ P
         gains[t] = -np.linalg.solve(np.eye(m) + right @ B[t], right @ A[t])

@@ -95,9 +95,7 @@ def along_shortest_path(task: BallPark | BallParkGoal) -> Controller:
         reach = task.roll_per_step * radii
         each = [
             shortest_path(start, goal, radius=radius).rolls_within(most)
-            for start, goal, radius, most in zip(
-                states.y[rows, :6], goals, radii, reach, strict=True
-            )
+            for start, goal, radius, most in zip(states.y[rows], goals, radii, reach, strict=True)
         ]
         longest = max(map(len, each))
         rolls = np.stack([np.pad(sides, [(0, longest - len(sides)), (0, 0)]) for sides in each])
