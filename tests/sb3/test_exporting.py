@@ -81,7 +81,7 @@ def test_the_file_acts_as_the_model(tmp_path, kind, name, settings, more, scaled
     policy = rigid_envs.load(file)
     assert policy.env_id == f"RigidEnvs/{name}-v0"
     assert policy.document["env_kwargs"] == settings
-    assert policy.document["algo"] == kind.__name__.lower()
+    assert policy.name == kind.__name__.lower() + (" reduced" if "frame" in settings else "")
     assert policy.document["timesteps"] == model.num_timesteps
     venv = make_vec_env(name, 20, seed=2, **settings)
     obs = venv.reset()

@@ -197,6 +197,8 @@ def test_figures_follow_from_the_starts():
     lucky = found.against(np.full(300, 1e9))
     assert lucky.records.sum() == won == lucky.efficiencies.sum()
     assert f"from {won} starts" in str(lucky)
+    free = replace(found, values={**found.values, "path": np.zeros(300)}, best=np.zeros(300))
+    assert not free.records.any()  # nothing is not less than nothing
 
 
 def test_the_gap_is_over_the_mean_bound_of_the_successes_if_there_is_one_above_zero():

@@ -362,6 +362,12 @@ def test_the_regulator_of_precession_has_gains_for_all_tilts_and_spins_of_the_ta
     assert made["spins"] == pytest.approx((slowest, slowest * (task.start_spin + 0.1)))
 
 
+def test_the_balance_of_an_uneven_top_has_gains_for_the_fastest_spin_of_the_task():
+    fast = {"start_spin": 20.0, "n_substeps": 10}
+    found = run("TopRandom", bound(references.asymmetric_balance), n=10, **fast)
+    assert found.success.all()
+
+
 def test_every_drawn_top_can_be_caught_by_the_torque_there_is():
     """A start is caught if ``m g ell theta sqrt(1 - share^2) < torque`` (see the task)."""
     task = SleepingTopRandom()
