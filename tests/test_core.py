@@ -241,6 +241,7 @@ def test_a_refusal_of_one_share_is_that_of_all():
 def test_threads_start_with_the_first_step_and_stay():
     before = threads_now()
     workers = team()
+    act(begun(BallPark(), 2 * LANES))  # by none but the thread that asks
     assert threads_now() == before
     stepped(workers)
     started = threads_now() - before

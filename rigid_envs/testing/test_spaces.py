@@ -81,7 +81,8 @@ def no_choices(n):
     for number in (-1, n, np.int64(n), np.int8(-1), 10**9, -(2**62), np.uint64(2**63), 2**70):
         yield Bad(number, None, f" = {number};")
     for thing in (
-        *(0.0, 1.0, 1.5, np.float32(1.0), np.array(1.0, dtype=np.float32), np.nan, np.inf, 1e39),
+        *(0.0, 1.0, 1.5, np.nan, np.inf, 1e39),
+        *(np.float32(1.0), np.float32([1.0]), np.array(1.0, dtype=np.float32)),
         *(True, False, np.True_, np.array(True), None, "1", "left", b"1", 1j, np.complex64(1)),
         *(object(), {}, {0}, [], (), [[0], 1], datetime.timedelta(1), np.datetime64(1, "s")),
     ):
@@ -146,7 +147,8 @@ def test_batches_of_another_shape_or_kind_are_refused(env_id):
     for batch in (good[:6], np.concatenate([good, good[:1]]), good[None], good[0], *more):
         assert_refused(envs, batch, str(np.shape(batch)), str(good.shape))
     kinds = "?F" if good.ndim > 1 else "?fdF"
-    for batch in (None, 0.5, "left", object(), np.float32(1.0), *map(good.astype, kinds)):
+    wrong = [*map(good.astype, kinds), good[:, None].astype(np.float32)]
+    for batch in (None, 0.5, "left", object(), np.float32(1.0), *wrong):
         assert_refused(envs, batch, str(good.shape))
 
 

@@ -138,7 +138,7 @@ def test_the_report_fits_a_page_and_names_the_peers():
 def test_three_digits_are_shown_and_the_unit_that_they_need():
     speeds = [
         measuring.Throughput("", "", [each, each])
-        for each in (40e3, 999.4e3, 999.6e3, 1.234e6, 12e6)
+        for each in (40e3, 999.4e3, 999.5e3, 1.234e6, 12e6)
     ]
     assert [_speed(each).split()[0] for each in speeds] == ["40k", "999k", "1M", "1.23M", "12M"]
     assert [as_time(each) for each in (45.64e-9, 999.9e-9, 1e-6, 1.234e-6)] == [

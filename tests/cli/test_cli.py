@@ -37,8 +37,8 @@ def said(capsys, *words):
     return capsys.readouterr().out
 
 
-def task_of(env_id):
-    return gymnasium.make(env_id).unwrapped.task
+def task_of(env_id, **config):
+    return gymnasium.make(env_id, **config).unwrapped.task
 
 
 def section(text, title):
@@ -209,10 +209,11 @@ def test_command_survives_a_reader_that_stops_reading():
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, IDS[0], "")
 
 
-def test_nothing_is_left_to_be_written_when_a_command_is_over(monkeypatch):
+@pytest.mark.parametrize("buffering", [-1, 1])  # at the end; with each line, before the status
+def test_nothing_is_left_to_be_written_when_a_command_is_over(buffering, monkeypatch):
     reading, writing = os.pipe()
     os.close(reading)
-    with open(writing, "w") as out:  # a reader that has gone
+    with open(writing, "w", buffering) as out:  # a reader that has gone
         monkeypatch.setattr("sys.stdout", out)
         assert main(["list"]) == 0
 
@@ -296,8 +297,8 @@ def test_no_more_processes_are_started_than_asked_for_and_than_there_are_kernels
 
 
 def test_each_kernel_is_compiled_by_using_it(monkeypatch):
-    used, kernels = [], kernels_of("BallParkGoal", {"frame": "world"})
-    task = task_of("RigidEnvs/BallParkGoal-v0")
+    used, env_id, config = [], "RigidEnvs/BallParkGoal-v0", {"frame": "reduced"}
+    kernels, task = kernels_of(env_id, config), task_of(env_id, **config)
     for kind, name in ((Core, "step"), (Core, "reset"), (type(task), "goal_reward")):
         monkeypatch.setattr(kind, name, lambda *_, name=name: used.append(name))
     compiled, plain = vars(task.compiled), vars(task.episode)

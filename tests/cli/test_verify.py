@@ -280,6 +280,13 @@ def test_a_heading_says_load_and_commit_where_they_are_known(known, said):
     assert second == f"Some CPU, 2 cores{said}; kernels abc; 2026-01-01"
 
 
+def test_the_load_is_that_of_the_last_minute_where_the_system_tells_it(monkeypatch):
+    monkeypatch.setattr("os.getloadavg", lambda: (0.5, 0.6, 0.7), raising=False)
+    assert provenance()["load"] == 0.5
+    monkeypatch.delattr("os.getloadavg")
+    assert provenance()["load"] is None
+
+
 def test_a_commit_is_that_of_the_checkout_and_of_no_repository_around_it(monkeypatch, tmp_path):
     subprocess.run(["git", "init", "--quiet", tmp_path], check=True)
     for root, asked in ((tmp_path, ".git"), (tmp_path / "site-packages", None)):

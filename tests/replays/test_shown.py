@@ -6,6 +6,7 @@ import re
 import zlib
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from types import SimpleNamespace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -128,8 +129,13 @@ def test_curves_show_what_they_are_called():
     assert path.title == "Path on the plane, from above"
     assert np.array_equal(path.values, y[:, 4:6])
     assert len(_path(ball, y * [1.0, 1.0, 1.0, 1.0, 1.0, 0.0])) == 1  # along x
+    (above,) = _path(SimpleNamespace(accessors={"position": lambda y: y[:, 3:]}), y)  # x, y, z
+    assert np.array_equal(above.values, y[:, 3:5])
     units = [drawn(name, "tilt")[0].unit for name in ("Reorient", "BallSteer", "AxisFlip")]
     assert units == ["deg, from the goal", "deg, from the reference", "deg, of e\u2083 from L"]
+    tilt, y, body = drawn("AxisFlip", "tilt")
+    L = body.moments * y[:, 4:7]
+    assert np.allclose(np.cos(np.radians(tilt.values[:, 0])), L[:, 2] / np.linalg.norm(L, axis=1))
     units = [drawn(name, "action")[0].unit for name in ("BallPark", "BallGrid")]
     assert units == ["of the largest", "choice"]
     assert drawn("PivotTop", "plan")[0].title == "Path of the pivot, from above"
