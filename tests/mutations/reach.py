@@ -99,7 +99,8 @@ ROOMS = {
             *("tests/envs", "tests/tasks", "tests/cli/test_cli.py", "tests/cli/test_verify.py"),
             *("tests/replays/test_format.py", "tests/cli/test_mistakes.py"),
             *("tests/systems/test_closed_forms.py", "tests/frozen/test_frozen.py"),
-            *("tests/agents/config", "tests/test_docs.py", "rigid_envs/testing"),
+            *("tests/agents/config", "tests/test_docs.py", "tests/control/test_refusals.py"),
+            "rigid_envs/testing",
         ),
     ),
 }
