@@ -302,8 +302,10 @@ def test_of_several_steps_the_last_success_counts_and_all_costs():
     with witness.watching():
         while not (infos := envs.step(np.asarray(brake(envs), np.float32))[4])["is_success"].any():
             cost += infos["cost"]
-    told = witness.told({}, ("is_success", "cost"), np.zeros(N, bool))
-    np.testing.assert_array_equal(told["is_success"], infos["is_success"])
+    last = ("is_success", "reward/momentum")
+    told = witness.told({}, (*last, "cost"), np.zeros(N, bool))
+    for key in last:
+        np.testing.assert_array_equal(told[key], infos[key])
     np.testing.assert_allclose(told["cost"], cost + infos["cost"], rtol=1e-12)
     assert cost.all()
 

@@ -219,3 +219,9 @@ def test_a_name_that_could_not_be_read_again_is_refused_before_anything_is_playe
 def test_the_id_of_a_result_is_one_that_is_registered_already(saved, tmp_path):
     other = changed(saved, tmp_path, lambda row: row.update(env_id=f"trap:{ID}"), sealed)
     assert read_evaluation(other).env_id == ID
+
+
+def test_a_result_of_another_evaluation_set_is_refused(saved, tmp_path):
+    other = changed(saved, tmp_path, lambda row: row.update(evaluation_version=0), sealed)
+    with pytest.raises(DamagedFileError, match="evaluation_version = 0; expected 1"):
+        read_evaluation(other)
