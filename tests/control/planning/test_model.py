@@ -118,9 +118,10 @@ def test_the_linearisation_is_that_of_small_changes(env_id):
         np.testing.assert_allclose(e, shown, atol=1e-2 * np.abs(shown).max() + 1e-6)
 
 
-def test_another_task_of_the_name_of_one_with_conditions_has_none():
+def test_a_task_without_conditions_and_another_one_of_the_name_of_one_with_them_have_none():
     task = type(task_of(IDS[0]))
-    refuses("^task = .*; expected one of an id", conditions_of, type(task.__name__, (task,), {})())
+    for other in (type(task.__name__, (task,), {})(), task_of("RigidEnvs/BallGrid-v0")):
+        refuses("^task = .*; expected one of an id", conditions_of, other)
 
 
 def test_tracking_gains_are_those_of_least_squares():

@@ -294,6 +294,13 @@ def test_a_plan_that_succeeds_is_kept_until_there_is_a_better_one():
     np.testing.assert_array_equal(plans.costs, model.roll(straight).costs)
 
 
+def test_a_search_ends_once_its_plans_have_settled(monkeypatch):
+    model, rounds, step = model_of(PARK, 2, 10), [], PlanSearch.step
+    monkeypatch.setattr(PlanSearch, "step", lambda search: rounds.append(0) or step(search))
+    improve(model, some_actions(model, 10), 400)
+    assert 8 <= len(rounds) < 400
+
+
 def test_a_plan_is_a_success_in_the_environment_at_the_cost_that_it_says():
     env_id, n = "RigidEnvs/SleepingTop-v0", 4
     found = evaluate(env_id, plan(env_id, n).policy(n), n=n)

@@ -163,8 +163,11 @@ def test_no_velocity_is_larger_than_the_largest_and_the_correction_keeps_its_dir
     np.testing.assert_allclose(
         inner, np.linalg.norm(wanted, axis=-1) * np.linalg.norm(added, axis=-1), atol=1e-9
     )
-    # as far as to the edge of the disk
-    assert np.sum(np.linalg.norm(action, axis=-1) > 1.0 - 1e-9) > 50
+    # all of it, or as much as leads to the edge of the disk
+    inside = np.linalg.norm(action, axis=-1) < 1.0 - 1e-9
+    whole = follower.gain / RATE * wanted[inside]
+    np.testing.assert_allclose(added[inside], whole, rtol=0, atol=1e-12)
+    assert 0 < np.sum(inside) < 150
 
 
 def test_each_row_of_a_batch_has_the_gains_that_it_has_alone(ahead):
