@@ -271,7 +271,10 @@ def _cells(result: Row) -> tuple[str, ...]:
     return (
         f"`{result.env_id.split('/')[-1]}`",
         in_markdown(result.policy),
-        *(success, interval, efficiency if efficiency == "-" else f"**{efficiency}**", ends),
+        success,
+        interval,
+        f"**{efficiency}**",
+        ends,
         "cost" if cost is None else cost._replace(unit=in_markdown(cost.unit)).title,
         *("-" if mean is None else f"{mean:.4g}" for mean in means),
         "-" if figures["gap"] is None else f"{100 * figures['gap']:.1f} %",
