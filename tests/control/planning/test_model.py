@@ -118,6 +118,16 @@ def test_the_linearisation_is_that_of_small_changes(env_id):
         np.testing.assert_allclose(e, shown, atol=1e-2 * np.abs(shown).max() + 1e-6)
 
 
+def test_the_linearisation_does_not_depend_on_roundings_of_the_length_of_an_attitude():
+    n = 1000
+    model = model_of("RigidEnvs/BallPark-v0", 1, 2).part(np.zeros(n, dtype=np.int64))
+    motion = model.roll(np.full((2, n, 2), 0.3))
+    motion.y[1, :, :4] *= 1.0 + np.geomspace(1e-15, 1e-11, n)[:, None]
+    linear = model.linearise(motion)
+    changes = linear.A[1] @ linear.B[0]  # differ by 1e-7, measured
+    np.testing.assert_allclose(changes, np.tile(changes[:1], (n, 1, 1)), rtol=0, atol=2e-6)
+
+
 def test_a_task_without_conditions_and_another_one_of_the_name_of_one_with_them_have_none():
     task = type(task_of(IDS[0]))
     for other in (type(task.__name__, (task,), {})(), task_of("RigidEnvs/BallGrid-v0")):
