@@ -49,7 +49,7 @@ def precession_regulator(task: TopPrecession) -> Controller:
 
 def asymmetric_balance(task: TopRandom) -> Controller:
     """Linear-quadratic regulator of the asymmetric upright top by torque."""
-    fastest = 1.5 * task.start_spin
+    fastest = 1.5 * max(task.start_spin, 1e-3)
     return feedback(controllers.AsymmetricBalance(system_of(task), task.torque, task.dt, fastest))
 
 

@@ -362,9 +362,10 @@ def test_the_regulator_of_precession_has_gains_for_all_tilts_and_spins_of_the_ta
     assert made["spins"] == pytest.approx((slowest, slowest * (task.start_spin + 0.1)))
 
 
-def test_the_balance_of_an_uneven_top_has_gains_for_the_fastest_spin_of_the_task():
-    fast = {"start_spin": 20.0, "n_substeps": 10}
-    found = run("TopRandom", bound(references.asymmetric_balance), n=10, **fast)
+@pytest.mark.parametrize("spin", [0.0, 20.0])
+def test_the_balance_of_an_uneven_top_has_gains_for_the_fastest_spin_of_the_task(spin):
+    settings = {"start_spin": spin, "n_substeps": 10}
+    found = run("TopRandom", bound(references.asymmetric_balance), n=10, **settings)
     assert found.success.all()
 
 
