@@ -85,7 +85,7 @@ ALIKE = tuple(f"RigidEnvs/{name}-v0" for name in ("BallParkGoal", "BallParkRando
     ],
 )
 def test_no_reference_beats_theory_from_any_start(env_id):
-    n = 20
+    n = 4 if env_id.endswith("BallPark-v0") else 20  # paths are planned for seconds
     found = evaluate(env_id, best(env_id), n=n)
     envs = begun(env_id, n)
     won = found.successes
