@@ -103,13 +103,15 @@ def test_a_single_environment_refuses_the_step_that_leaves_the_envelope():
 
 def test_a_clock_that_is_set_counts_in_rows_without_a_limit_too():
     for env in (RigidEnv(REORIENT), RigidVectorEnv(REORIENT, 2)):
-        state = fresh(env).get_state()
-        state["clock"][..., 3] = env.task.stable_steps() - 1
-        env.set_state(state)
+        state, last = fresh(env).get_state(), env.task.stable_steps()
         action = np.ones(env.action_space.shape, dtype=np.float32)
-        env.step(action)
-        with pytest.raises(ConfigError, match="expected a reset before"):
-            env.step(action)
+        for first in (env.task.registered_steps(), last - 1):
+            state["clock"][..., 3] = first
+            env.set_state(state)
+            for _ in range(first, last):
+                env.step(action)
+            with pytest.raises(ConfigError, match="expected a reset before"):
+                env.step(action)
 
 
 def test_the_longest_limit_is_played_to_its_end_and_on():
