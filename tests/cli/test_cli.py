@@ -209,13 +209,17 @@ def test_command_survives_a_reader_that_stops_reading():
     assert (done.returncode, done.stdout.strip(), done.stderr) == (0, IDS[0], "")
 
 
-@pytest.mark.parametrize("buffering", [-1, 1])  # at the end; with each line, before the status
-def test_nothing_is_left_to_be_written_when_a_command_is_over(buffering, monkeypatch):
+SHORT = ["play", IDS[0], "--help-keys"]  # less than a buffer holds
+
+
+# buffered to the end, and written with each line, before the status is known
+@pytest.mark.parametrize(("words", "buffering"), [(["list"], -1), (["list"], 1), (SHORT, -1)])
+def test_nothing_is_left_to_be_written_when_a_command_is_over(words, buffering, monkeypatch):
     reading, writing = os.pipe()
     os.close(reading)
     with open(writing, "w", buffering) as out:  # a reader that has gone
         monkeypatch.setattr("sys.stdout", out)
-        assert main(["list"]) == 0
+        assert main(words) == 0
 
 
 def test_long_cells_are_wrapped_and_columns_stay_aligned():

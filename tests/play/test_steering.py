@@ -159,3 +159,5 @@ def test_what_is_played_is_saved(tmp_path, monkeypatch, capsys):
     assert f"rigid-envs replay {file}" in capsys.readouterr().out
     assert main(["replay", str(file)]) == 0
     assert "same bits" in capsys.readouterr().out
+    assert main(["play", COIN, "--size", "240"]) == 0
+    assert "written" not in capsys.readouterr().out

@@ -248,7 +248,7 @@ def test_the_status_says_whether_a_file_tells_what_its_actions_lead_to(files, tm
     replay = load_replay(files[0])
     (episode,) = replay.episodes
     better = replace(episode, rewards=episode.rewards + 1.0)
-    edited = replace(replay, episodes=(better,)).save(tmp_path / "edited.npz")
+    edited = replace(replay, episodes=(episode, better)).save(tmp_path / "edited.npz")
     assert main(["replay", str(files[1]), str(edited)]) == 1
     assert "other bits" in capsys.readouterr().out
 
