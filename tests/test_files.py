@@ -131,6 +131,7 @@ def test_json_has_one_spelling_and_no_nan():
     a, b = {"x": 1, "y": [0.1, "é"]}, {"y": [0.1, "é"], "x": 1}
     assert files.canonical_json(a) == files.canonical_json(b) == '{"x":1,"y":[0.1,"\\u00e9"]}'
     assert json.loads(files.canonical_json(a)) == a
+    assert files.canonical_json({"x": 1}, indent=2) == '{\n  "x": 1\n}'
     with pytest.raises(ValueError, match="not JSON compliant"):
         files.canonical_json({"x": float("nan")})
 

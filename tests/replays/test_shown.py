@@ -399,6 +399,7 @@ def test_times_and_frames_of_a_page_are_those_of_the_episode(ball):
     (episode,) = ball.episodes
     page = shown(ball)
     (found,) = page["episodes"]
+    assert shown(ball, ball)["meshes"] == page["meshes"]  # equal ones are kept once
     assert np.array_equal(unpacked(page["blob"], found["times"]), episode.times)
     assert len(found["text"]) == len(episode) + 1
     for (_, said, *_), total in zip(found["text"][1:], np.cumsum(episode.costs), strict=True):
