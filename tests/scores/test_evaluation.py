@@ -186,15 +186,23 @@ def test_the_bound_of_a_pushed_ball_is_that_of_its_mass_and_what_turns_with_it()
     np.testing.assert_allclose(limit_of(env_id, "time").values(envs), expected, rtol=1e-14)
 
 
-def test_the_bound_of_a_turn_is_reached_by_a_body_of_equal_moments_that_may_still_turn():
-    """Full torque on all axes gives a = sqrt(3) torque / I, about the diagonal of the body."""
-    env_id, moment = "RigidEnvs/Reorient-v0", 2.0
-    body = dict.fromkeys(("I1", "I2", "I3"), moment)
+@pytest.mark.parametrize(
+    ("moments", "square", "ratio"),  # square of a / torque, and I_max / I_min
+    [((2.0, 2.0, 2.0), 3.0 / 4.0, 1.0), ((1.0, 2.0, 3.0), 11.0 / 6.0, 3.0)],
+)
+def test_the_bound_of_a_turn_is_reached_by_a_body_of_equal_moments_that_may_still_turn(
+    moments, square, ratio
+):
+    """Full torque on all axes gives a = sqrt(3) torque / I, about the diagonal of the body.
+
+    Of others the speed is sqrt(2 T / I_min): at the end, about e3, sqrt(I_max / I_min) of the rate.
+    """
+    env_id, body = "RigidEnvs/Reorient-v0", dict(zip(("I1", "I2", "I3"), moments, strict=True))
     envs = begun(env_id, 20, {**body, "rate_tolerance": 0.4})
     task = envs.task
     goal = envs.auxiliary(*task.aux_names)
     angle = rotations.distance(envs.y[:, :4], goal) - task.angle_tolerance
-    a, w = np.sqrt(3.0) * task.torque / moment, 0.4
+    a, w = np.sqrt(square) * task.torque, 0.4 * np.sqrt(ratio)
     limit = limit_of(env_id, "time")
     # areas below speed over time: forward a t^2 / 2, then down from a t to w
     up = (limit.values(envs) + w / a) / 2.0

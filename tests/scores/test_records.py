@@ -213,7 +213,10 @@ def test_the_command_plays_results_again(saved, tmp_path, capsys):
 
 
 def test_a_name_that_could_not_be_read_again_is_refused_before_anything_is_played():
-    refuses(r"^name = .*can be printed", evaluate, ID, lambda seen: 1 / 0, n=N, name="a\nb")
+    message, policy = r"^name = .*can be printed", lambda seen: 1 / 0
+    refuses(message, evaluate, ID, policy, n=N, name="a\nb")
+    policy.__name__ = "a\nb"
+    refuses(message, evaluate, ID, policy, n=N)
 
 
 def test_the_id_of_a_result_is_one_that_is_registered_already(saved, tmp_path):

@@ -233,13 +233,17 @@ def test_a_region_of_ones_own_is_its_coordinates_and_their_volume():
 
 
 def test_a_density_that_jumps_is_refused_and_composed_of_its_layers():
+    asked = []
+
     def layers(r):
+        asked.append(len(r))
         return np.where(np.linalg.norm(r, axis=1) < 0.3, 8000.0, 1000.0)
 
     with pytest.raises(
         ValueError, match=r"^change of the integrals .*; expected below 1e-10 .*jump"
     ):
         from_density(layers, Region.ellipsoid(0.5, 0.5, 0.5))
+    assert asked == [8**3, 16**3, 32**3, 64**3]
     pose = np.eye(3), np.zeros(3)
     shell, core = Region.thick_shell(0.3, 0.5), Region.thick_shell(0.0, 0.3)
     parts = bodies.compose([(from_density(layers, part), *pose) for part in (core, shell)])

@@ -92,6 +92,9 @@ def test_one_torque_leads_to_e2_from_all_that_is_certified_and_not_from_all_else
     assert not ahead[~certified].all()
     left = controller.lyapunov(states[-1]) / controller.lyapunov(y)
     assert (left[certified] < 1e-3).all()  # the slowest at 0.3 rad/s about e2
+    weak, beside = SingleTorque(BODY, RATE, FREE, 1.0), BODY.state(omega_body=[0.1, 1.0, 0.0])
+    np.testing.assert_allclose(rate_of(weak, beside)[OMEGA], 0.0, atol=1e-15)  # it stays there
+    assert not weak.certified(beside)
 
 
 @pytest.mark.parametrize("strength", [0.9, 1.1, 3.0])
