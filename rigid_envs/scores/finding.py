@@ -40,8 +40,8 @@ class Recipe(NamedTuple):
         n_steps: Actions of a plan of a task that ends at success; None for the time limit.
         n_guesses: Curves that a ball is first rolled along, beside the controller.
         n_cuts: Deadlines of a plan whose cost is time; 0 where it is not.
-        waits: Control periods after which the controller begins, a first plan for each; a goal that
-            is unstable is better reached late.
+        waits: Control periods after which the controller begins, a first plan for each, none for
+            guesses; a goal that is unstable is better reached late.
     """
 
     controller: str
@@ -53,7 +53,7 @@ class Recipe(NamedTuple):
     waits: tuple[int, ...] = (0,)
 
 
-_ROLLED = Recipe("", 16, n_steps=48, n_guesses=16)
+_ROLLED = Recipe("", 16, n_steps=48, n_guesses=16, waits=())
 RECIPES = {
     "BallPark": _ROLLED,
     "BallReorient": _ROLLED,
@@ -163,8 +163,6 @@ def _starts(env_id: str, n: int) -> dict[str, Array]:
 
 def _first(env_id: str, recipe: Recipe, n: int, wait: int) -> Array:
     """The first plans, shape (T, n, m): an untrained policy whose actions are held."""
-    if not recipe.controller:
-        return np.zeros((1, n, 1))
     envs, made = make_rows(env_id, n), [np.zeros((n, len(task_of(env_id).actions())), np.float32)]
     act = untrained_policies(env_id)[recipe.controller](envs)
 
