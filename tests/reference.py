@@ -8,11 +8,8 @@ import json
 from functools import cache
 from operator import itemgetter
 from pathlib import Path
-from typing import Any
 
 import pytest
-
-Case = dict[str, Any]
 
 
 @cache

@@ -30,7 +30,6 @@ IDS = list(ENVIRONMENTS)
 TITLES = ["Description", "Action Space", "Observation Space", "Reduced Frame", "Rewards",
           "Starting State", "Episode End", "Arguments", "Info", "Physics", "Reference score",
           "Version History", "References"]  # fmt: skip
-Rows = list[dict[str, str]]
 
 each_id = pytest.mark.parametrize("env_id", IDS)
 each_file = pytest.mark.parametrize("name", [INDEX, *map(file_of, IDS)])

@@ -24,7 +24,6 @@ from tests.page_code import run_page
 
 DRAWN = "--radius 0.8,1.2 --observe_params true --observation_noise 0.01 --action_delay 2"
 AT_ONCE = "--position_tolerance 9 --angle_tolerance 3.2"  # parked in the first step
-PARK = "rigid-envs/BallPark/three_rolls-v0"
 
 
 @pytest.fixture(autouse=True)

@@ -368,9 +368,6 @@ def test_the_range_is_that_of_the_package_and_has_the_numba_of_this_run():
     assert numba_version.OLDEST <= numba.version_info.short < numba_version.NEXT
 
 
-Version = tuple[int | None, ...]
-
-
 def check(version, monkeypatch):
     """What an import of the kernels does with a version of numba."""
     monkeypatch.setattr(numba, "version_info", numba.version_info._replace(short=version))

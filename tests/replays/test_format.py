@@ -6,7 +6,6 @@ import json
 import zipfile
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import gymnasium as gym
 import numpy as np
@@ -20,8 +19,6 @@ from rigid_envs.watch.replays.recording import RecordReplay, RecordRows
 from rigid_envs.watch.replays.replay import load_replay, play_again, same_bits
 from tests.refusals import refuses
 from tests.replays.examples import recorded
-
-Arrays = dict[str, np.ndarray[Any, Any]]
 
 
 @pytest.fixture(scope="module")

@@ -36,7 +36,6 @@ TAU = 1.1e-10
 
 # Irregular moments on the way, and the end.
 MOMENTS_OF_TIME = np.sort(np.append(np.mod(0.6180339887 * np.arange(1, 20), 1.0), 1.0))
-RACKET = FreeBody(1.0, 2.0, 3.0)
 
 
 def conditioning(solve, constants, omega0, rate):
