@@ -6,7 +6,7 @@ from gymnasium import spaces
 
 from rigid_envs.engine.compiler import cache_directory
 from rigid_envs.testing import fingerprint
-from rigid_envs.testing.environments import FULL
+from rigid_envs.testing.environments import FULL, fresh, single
 from tests.frozen.__main__ import CASES, computed, stored
 from tests.refusals import refuses
 
@@ -35,8 +35,7 @@ def test_a_published_id_keeps_its_bits(env_id, frame):
 
 @pytest.mark.parametrize("env_id", stored())
 def test_the_next_process_finds_its_kernels(env_id):
-    env = gym.make(env_id).unwrapped
-    env.reset(seed=0)
+    env = fresh(single(env_id))
     env.step(env.action_space.sample())
     for kernel in (env.task.compiled.step, env.task.compiled.reset):
         kept = cache_directory().glob(f"{kernel.py_func.__qualname__}-*.nbc")

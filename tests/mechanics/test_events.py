@@ -16,6 +16,7 @@ from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from tests.refusals import refuses
 from tests.systems.examples import BODY, DISK, PLATE, ROLLER, each_system, inputs, states
+from tests.systems.measures import leaning
 
 EPS = np.finfo(np.float64).eps
 RACKET, W0 = FreeBody(1.0, 2.0, 3.0), (0.5, 1.0, 0.3)
@@ -24,7 +25,7 @@ START = RACKET.state(omega_body=W0)
 
 def tipping(lean=0.1):
     """A disk at rest that leans by this angle from flat: it only tips."""
-    return RollingDisk.uniform(1.3, 0.5), (math.cos(0.5 * lean), math.sin(0.5 * lean), 0.0, 0.0)
+    return RollingDisk.uniform(1.3, 0.5), leaning(lean)
 
 
 # Where events are
@@ -123,7 +124,7 @@ def test_a_disk_that_tips_from_high_lifts_off_before_it_is_flat():
         bent = -weight * math.cos(theta) ** 2 / inertia - math.sin(theta) * square
         return disk.g + disk.radius * bent
 
-    y = disk.state(q=(math.cos(0.5 * lean), math.sin(0.5 * lean), 0.0, 0.0))
+    y = disk.state(q=leaning(lean))
     motion = disk.simulate(y, [0.0, 2.0], events=[lift_off(disk), flat()])
     assert disk.normal_force(y) == pytest.approx(disk.m * normal(lean), rel=1e-12)
     theta = brentq(normal, 0.3, lean, xtol=1e-14)  # on the way down; it would press again at 0.2
@@ -204,10 +205,6 @@ def test_an_event_is_a_function_for_scipy_too():
     assert (event(0.0, np.array([2.0])), event.terminal, event.direction) == (2.0, True, -1.0)
     assert PLATE.simulate(PLATE.state(), [0.0, 0.1], events=lift_off(PLATE)).status == 0
     assert ROLLER.simulate(ROLLER.state(), [0.0, 0.1], events=lift_off(ROLLER)).status == 0
-
-
-def leaning(theta):
-    return (math.cos(0.5 * theta), math.sin(0.5 * theta), 0.0, 0.0)
 
 
 def test_the_unstable_axis_has_the_growth_rate_of_its_linearisation():

@@ -16,6 +16,7 @@ from rigid_envs.watch.meshes import octants
 from rigid_envs.watch.pictures import tiled
 from rigid_envs.watch.views import Arrow, Camera, Floor, Part, Pose, Scene, SceneFrame, Trace
 from tests.from_pages.attitudes import matrix
+from tests.systems.measures import random_attitude
 
 GREY = (0.5, 0.5, 0.5)
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 96, endpoint=False)
@@ -145,11 +146,6 @@ def drawing(scene, width=SIZE, height=SIZE, shadows=True):
     return Drawing(view, Look(width, height, shadows=shadows))
 
 
-def random_quaternion(rng):
-    q = rng.normal(size=4)
-    return q / np.linalg.norm(q)
-
-
 def eye_and_axes(camera):
     """Pinhole camera: position, and the directions right, up and back."""
     azimuth, elevation = math.radians(camera.azimuth), math.radians(camera.elevation)
@@ -194,7 +190,7 @@ def ball():
 @pytest.mark.parametrize("seed", range(20))
 def test_every_octant_is_seen_where_its_attitude_puts_it(ball, seed):
     rng = np.random.default_rng(seed)
-    q, position = random_quaternion(rng), 0.5 * rng.normal(size=3)
+    q, position = random_attitude(rng), 0.5 * rng.normal(size=3)
     image = drawing(ball).picture(SceneFrame({"ball": Pose(position, q)}))
     eye = eye_and_axes(CAMERA)[0]
     seen = 0

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -28,6 +27,7 @@ from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
+from rigid_envs.testing.environments import fresh, single
 from rigid_envs.watch.meshes import box, sectors
 from rigid_envs.watch.views import GenericView, cost_figure, view_class, view_of
 from tests.from_pages.attitudes import matrix
@@ -55,8 +55,7 @@ IDS = sorted(ENVIRONMENTS)
 @pytest.fixture(scope="module", params=IDS)
 def started(request):
     """The first state of an environment after a step under half the action, and its view."""
-    env = gym.make(request.param).unwrapped
-    env.reset(seed=0)
+    env = fresh(single(request.param))
     zero = np.zeros(env.action_space.shape, dtype=np.float32)
     env.step(1 if env.task.n_choices else zero + np.float32(0.5))
     moment = env.moment()

@@ -2,13 +2,12 @@
 
 from dataclasses import dataclass
 
-import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.envs.shells import RigidVectorEnv
-from rigid_envs.testing.environments import fresh
+from rigid_envs.testing.environments import fresh, vector
 
 
 @dataclass(frozen=True)
@@ -32,10 +31,7 @@ class Runs:
 
 def run(env_id, policy, n=100, seed=0, **config):
     """One episode of n rows, seeded seed .. seed + n - 1, under actions ``policy(envs)``."""
-    envs = gym.make_vec(
-        f"RigidEnvs/{env_id}-v0", num_envs=n, vectorization_mode="vector_entry_point", **config
-    ).unwrapped
-    envs.reset(seed=seed)
+    envs = fresh(vector(f"RigidEnvs/{env_id}-v0", n, **config), seed)
     success, alive = np.zeros(n, dtype=bool), np.ones(n, dtype=bool)
     cost, reward, steps = np.zeros(n), np.zeros(n), np.zeros(n, dtype=np.int64)
     y = [envs.y]

@@ -1,10 +1,10 @@
 """What holds of every task: it is not solved by accident, and shows its goal in one place."""
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.testing.environments import fresh, vector
 from tests.systems.runs import at_random, run, still
 
 NAMES = {env_id[10:-3]: record for env_id, record in ENVIRONMENTS.items()}  # RigidEnvs/...-v0
@@ -19,10 +19,7 @@ def test_neither_rest_nor_chance_succeeds(name, policy):
 
 @pytest.mark.parametrize("name", [name for name, record in NAMES.items() if record.goal])
 def test_nothing_but_the_desired_goal_depends_on_the_goal(name):
-    envs = gym.make_vec(
-        f"RigidEnvs/{name}-v0", 100, vectorization_mode="vector_entry_point"
-    ).unwrapped
-    envs.reset(seed=0)
+    envs = fresh(vector(f"RigidEnvs/{name}-v0", 100))
     state = envs.get_state()
     actions, seen = np.zeros(envs.action_space.shape, dtype=np.float32), []
     for goals in (state["aux"], np.roll(state["aux"], 1, axis=0)):

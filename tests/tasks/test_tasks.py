@@ -31,6 +31,7 @@ from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.fields import physical, span
 from rigid_envs.tasks.starts import start_from
 from rigid_envs.tasks.task import Task
+from rigid_envs.testing.environments import fresh, single
 
 # Rules of settings: what each kind of value is, and how a wrong one is refused.
 
@@ -298,8 +299,7 @@ def test_friction_can_be_given_at_a_reset():
 
 @pytest.mark.parametrize("k", [0, 1])
 def test_each_number_of_a_tilt_that_the_task_holds_at_0_is_0_in_a_state(k):
-    env = gym.make(ID).unwrapped
-    env.reset(seed=0)
+    env = fresh(single(ID))
     state = env.get_state()
     state["y"][env.task.system_type.components["tilt"].start + k] = 0.1
     with pytest.raises(ValueError, match="expected tilt = 0, its constant value"):
@@ -307,8 +307,7 @@ def test_each_number_of_a_tilt_that_the_task_holds_at_0_is_0_in_a_state(k):
 
 
 def test_a_state_without_an_attitude_may_be_0():
-    env = gym.make("RigidEnvs/RollPump-v0").unwrapped
-    env.reset(seed=0)
+    env = fresh(single("RigidEnvs/RollPump-v0"))
     env.set_state({**env.get_state(), "y": np.zeros(2)})  # at rest where the path is level
     assert not env.y.any()
 
@@ -316,8 +315,7 @@ def test_a_state_without_an_attitude_may_be_0():
 def test_a_success_that_slips_is_none():
     tight = {"position_tolerance": 10.0, "angle_tolerance": 3.2, "speed_tolerance": 10.0}
     for mu, success in ((1.0, True), (0.01, False)):
-        env = gym.make(ID, end_on_slip=True, mu=mu, **tight)
-        env.reset(seed=0)
+        env = fresh(single(ID, end_on_slip=True, mu=mu, **tight))
         _, _, terminated, _, info = env.step(np.float32([1.0, 0.0]))
         assert terminated
         assert info["is_success"] == success

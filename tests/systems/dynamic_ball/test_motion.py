@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from rigid_envs.mechanics.laws import EPS
 from rigid_envs.systems.dynamic_ball import closed_forms as theory
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
+from tests.mechanics.attitudes import scipy_of
 from tests.reference import cases, every
 from tests.systems.measures import is_level, million_steps, refined
 
@@ -95,9 +95,7 @@ def test_a_ball_that_stands_in_space_turns_as_in_the_reference():
         turntable_rate=given["Omega"],
     )
     np.testing.assert_allclose(omega, given["w0"], rtol=4 * EPS)
-    attitude = Rotation.from_quat(turn, scalar_first=True) * Rotation.from_quat(
-        given["q0"], scalar_first=True
-    )
+    attitude = scipy_of(turn) * scipy_of(given["q0"])
     expected = np.array(case["out"]["R"]).reshape(-1, 3, 3)
     tolerance = 8 * EPS * case["cond"]["R"]
     np.testing.assert_allclose(attitude.as_matrix(), expected, rtol=0, atol=tolerance)
