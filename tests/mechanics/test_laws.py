@@ -5,7 +5,6 @@ import re
 import pytest
 
 from rigid_envs import systems
-from rigid_envs.base.checks import ConfigError, one_named
 from rigid_envs.mechanics.laws import Subject, check
 from rigid_envs.tools import laws
 from rigid_envs.tools.laws import SUBJECTS
@@ -51,9 +50,3 @@ def test_all_laws_of_the_chosen_subjects_are_checked_in_order(monkeypatch):
     assert [outcome.holds for outcome in outcomes] == [True, False]
     assert [text.partition(":")[0] for text in told] == ["two", "two"]
     assert len(laws.check_all()) == 4
-
-
-def test_an_unknown_subject_is_refused_with_the_nearest_one():
-    expected = r"subject = 'heavytop'; expected one of .*: did you mean 'heavy_top'\?"
-    with pytest.raises(ConfigError, match=expected):
-        one_named("heavytop", SUBJECTS, "subject")

@@ -74,10 +74,6 @@ def test_runs_are_numbered(tmp_path):
     assert runs.create_run(config).folder.name == "Thing-v3_42"
 
 
-def test_the_config_is_kept_with_its_defaults(config):
-    assert runs.find_run(begun(config).folder).config() == config
-
-
 def test_a_name_that_is_taken_needs_a_flag(config):
     run = begun(config)
     (run / "deep").mkdir()
