@@ -3,6 +3,7 @@
 Forked from a server that has imported torch and SB3 once: a session starts in a moment.
 """
 
+import csv
 import multiprocessing
 import multiprocessing.forkserver
 import sys
@@ -65,6 +66,12 @@ def assert_same_files(run, other):
         assert a.files == b.files
         for key in a.files:
             np.testing.assert_array_equal(a[key], b[key])
+
+
+def rows(path):
+    """What a run has logged in a file."""
+    with path.open() as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def start(values, resume=None):

@@ -1,6 +1,5 @@
 """Every start is played once and counted once; the page of baselines follows from the records."""
 
-import csv
 import json
 import math
 from dataclasses import replace
@@ -21,17 +20,12 @@ from rigid_envs.scores.records import evaluation_of, read_record, record_file, w
 from rigid_envs.scores.starts import FLOOR, play, row_seeds
 from rigid_envs.scores.trained import FOLDER, published
 from tests.agents.drift import Drift
-
-
-class Homing:
-    """Straight to the origin."""
-
-    def predict(self, observation, *, deterministic=True):
-        return np.clip(-3 * observation, -1, 1).astype(np.float32), None
+from tests.agents.sessions import rows
 
 
 def homing(observation):
-    return Homing().predict(observation)[0]
+    """Straight to the origin."""
+    return np.clip(-3 * observation, -1, 1).astype(np.float32)
 
 
 def test_each_row_is_one_episode_as_if_it_were_alone():
@@ -77,7 +71,7 @@ def test_seeds_of_100_runs_and_all_purposes_are_distinct():
 
 def test_an_evaluation_repeats_another_seed_differs_and_no_global_stream_is_touched():
     before = np.random.get_state()[1].copy()  # noqa: NPY002
-    for policy in (Homing(), None):
+    for policy in (homing, None):
         one, two = (evaluate(policy, "Drift-v0", 50, seed=1).values["return"] for _ in range(2))
         np.testing.assert_array_equal(one, two)
         other = evaluate(policy, "Drift-v0", 50, seed=2).values["return"]
@@ -86,7 +80,7 @@ def test_an_evaluation_repeats_another_seed_differs_and_no_global_stream_is_touc
 
 
 def test_figures_are_in_the_table_and_can_be_recomputed_from_the_episodes(tmp_path):
-    found = evaluate(Homing(), "Drift-v0", 30, 0)
+    found = evaluate(homing, "Drift-v0", 30, 0)
     figures = found.row() | {"random_policy": evaluate(None, "Drift-v0", 30, 0).summary()}
     lines = table(figures).splitlines()
     assert "30 unseen starts" in lines[0] and len({len(line) for line in lines[2:-2]}) == 1
@@ -95,11 +89,10 @@ def test_figures_are_in_the_table_and_can_be_recomputed_from_the_episodes(tmp_pa
     write_report(tmp_path, figures, found)
     row = json.loads((tmp_path / "results.json").read_text())
     assert evaluation_of(row).summary() == found.summary() == row["policy"]
-    with (tmp_path / "episodes.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [int(each["seed"]) for each in rows] == row_seeds(0, 30, "test")
-    assert sum(int(each["is_success"]) for each in rows) == row["policy"]["successes"]
-    assert np.mean([float(each["return"]) for each in rows]) == row["policy"]["return_mean"]
+    played = rows(tmp_path / "episodes.csv")
+    assert [int(each["seed"]) for each in played] == row_seeds(0, 30, "test")
+    assert sum(int(each["is_success"]) for each in played) == row["policy"]["successes"]
+    assert np.mean([float(each["return"]) for each in played]) == row["policy"]["return_mean"]
 
 
 DOCS = Path(__file__).parents[3] / "docs"
@@ -201,7 +194,7 @@ def test_the_page_of_the_repository_is_that_of_its_records():
 
 
 def test_the_page_of_the_ablations_is_that_of_their_records():
-    name, rows = "", 0
+    name, n_rows = "", 0
     for line in (DOCS / "ablations.md").read_text(encoding="utf-8").splitlines():
         name = line[3:].partition(",")[0] if line.startswith("## ") else name
         part, *told = [cell.strip() for cell in line.split("|")[1:-1]] or [""]
@@ -214,8 +207,8 @@ def test_the_page_of_the_ablations_is_that_of_their_records():
         assert told[0] == str(len(found)) and told[1] == f"{np.mean(rates):.1f} %"
         assert told[2] == f"({min(rates):.1f} .. {max(rates):.1f})"
         assert told[3] == (f"{np.mean(costs):.4g}" if costs else "-")
-        rows += 1
-    assert rows == 15
+        n_rows += 1
+    assert n_rows == 15
 
 
 def test_baselines_and_policies_take_15_megabytes_at_most():

@@ -1,6 +1,5 @@
 """Sweeps and searches: each training in a process of its own, with a record, and all go on."""
 
-import csv
 import dataclasses
 import hashlib
 import json
@@ -20,6 +19,7 @@ from agents.config.entries import config_from
 from agents.config.reading import dump_yaml, read_yaml
 from agents.config.search import read_search
 from agents.evaluation.reports import evaluate
+from agents.storage.logs import read_evaluations
 from agents.storage.runs import Run, open_run, read_config
 from agents.sweeps import sweep as module
 from agents.sweeps.sweep import Processes, Training, train_all
@@ -29,7 +29,7 @@ from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.scores.records import read_record
-from tests.agents.sessions import SMALL, begun, wait_for
+from tests.agents.sessions import SMALL, begun, rows, wait_for
 from tests.loading.payloads import harmful
 from tests.programs import printed, python
 
@@ -70,10 +70,10 @@ def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path, ca
         assert record.training["timesteps"] == 512 * 6 >= record.training["policy_timesteps"]
         assert 0.0 < record.training["cpu_seconds"]
         assert 0.0 < record.training["seconds"]
-        with np.load(run / "evaluations.npz") as held_out:
-            assert record.curve["timesteps"] == held_out["timesteps"].tolist()
-            means = held_out["results"].mean(axis=1)
-            won, costs = held_out["successes"].astype(bool), held_out["costs"]
+        held_out = read_evaluations(run / "evaluations.npz")
+        assert record.curve["timesteps"] == held_out["timesteps"].tolist()
+        won, costs = held_out["successes"].astype(bool), held_out["costs"]
+        means = held_out["results"].mean(axis=1)
         np.testing.assert_allclose(record.curve["return_mean"], means, rtol=1e-5)
         np.testing.assert_allclose(record.curve["success_rate"], won.mean(axis=1), rtol=1e-5)
         assert 0 < won[0].sum() < won.shape[1]
@@ -299,7 +299,7 @@ def test_a_search_that_is_killed_goes_on(tmp_path):
     first.wait()
     begun = set(out.glob("trials/*"))
     again = printed(*command)
-    assert len(list(csv.DictReader((out / "trials.csv").open()))) == 5
+    assert len(rows(out / "trials.csv")) == 5
     assert begun <= set(out.glob("trials/*"))
     best = read_yaml(out / "best_0.yaml")
     assert str(out / "best_0.yaml") in again and config_from(best).env_id == "Drift-v0"

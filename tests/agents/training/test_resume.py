@@ -1,6 +1,5 @@
 """A run that is killed, stopped or damaged ends with the bits of one that never was."""
 
-import csv
 import os
 import random
 import re
@@ -19,7 +18,7 @@ from agents.config.entries import config_from
 from agents.training.snapshots import capture_random, check_random, restore_random
 from agents.training.trainer import StopSignals, Trainer, train
 from rigid_envs.base.files import load_tensors
-from tests.agents.sessions import SAME, SMALL, assert_same_files, finish, start, wait_for
+from tests.agents.sessions import SAME, SMALL, assert_same_files, finish, rows, start, wait_for
 from tests.programs import python
 from tests.refusals import refuses
 
@@ -133,10 +132,9 @@ def test_a_signal_saves_and_exits_with_its_number(tmp_path, number):
     os.kill(session.pid, number)
     assert finish(session) == 128 + number
     assert time.perf_counter() - signalled < 10
-    with (run / "progress.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert 0 < len(rows) < 40
-    assert int(rows[-1]["time/total_timesteps"]) == int(newest(run).stem)
+    logged = rows(run / "progress.csv")
+    assert 0 < len(logged) < 40
+    assert int(logged[-1]["time/total_timesteps"]) == int(newest(run).stem)
     if number == signal.SIGTERM:
         assert finish(start(None, run)) == 0
         assert_same(whole(tmp_path, **values), run)
@@ -146,11 +144,9 @@ def test_a_signal_saves_and_exits_with_its_number(tmp_path, number):
 @pytest.mark.long
 def test_no_row_and_no_event_is_doubled_or_missing_after_a_kill(tmp_path):
     run = kill_at_random(tmp_path, {**SMALL, "total_timesteps": 512 * 60}, kills=2, seed=1)
-    with (run / "progress.csv").open() as file:
-        steps = [int(row["time/total_timesteps"]) for row in csv.DictReader(file)]
-    assert steps == list(range(512, 512 * 60 + 1, 512))
-    with (run / "times.csv").open() as file:
-        assert [int(row["time/total_timesteps"]) for row in csv.DictReader(file)] == steps
+    steps = [*range(512, 512 * 60 + 1, 512)]
+    for name in ("progress.csv", "times.csv"):
+        assert [int(row["time/total_timesteps"]) for row in rows(run / name)] == steps
     events = EventAccumulator(str(run / "tensorboard")).Reload()
     assert [event.step for event in events.Scalars("train/loss")] == steps
 

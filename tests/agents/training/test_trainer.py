@@ -1,6 +1,5 @@
 """A training saves and evaluates when it is due, keeps the best policy, and logs what it says."""
 
-import csv
 import os
 from types import SimpleNamespace
 
@@ -13,6 +12,7 @@ import tests.agents.drift  # noqa: F401, registers the environment
 from agents.config.entries import config_from
 from agents.environments import make
 from agents.evaluation.reports import evaluate
+from agents.storage.logs import read_evaluations
 from agents.storage.runs import create_run
 from agents.training import trainer, validation
 from agents.training.rows import TrainingRows
@@ -22,7 +22,7 @@ from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.scores.starts import TEST_SEED, row_seeds
 from tests.agents.drift import Drift
-from tests.agents.sessions import small
+from tests.agents.sessions import rows, small
 
 
 def begun(folder, **entries):
@@ -34,11 +34,6 @@ def begun(folder, **entries):
 def trained(folder, updates, **entries):
     config = small(folder, total_timesteps=512 * updates, **entries)
     return train(config, quiet=True).folder
-
-
-def rows(path):
-    with path.open() as file:
-        return list(csv.DictReader(line for line in file if not line.startswith("#")))
 
 
 def test_without_a_number_checkpoints_are_due_as_often_as_they_cost_two_hundredths(
@@ -97,13 +92,12 @@ def test_evaluations_are_logged_and_the_best_policy_is_the_first_of_the_best(tmp
     names = {"eval/success_rate": "successes", "eval/mean_reward": "results",
              "eval/mean_ep_length": "ep_lengths", "eval/mean_cost": "costs"}  # fmt: skip
     logged = rows(run / "progress.csv")
-    with np.load(run / "evaluations.npz") as file:
-        scores = zip(file["successes"].mean(axis=1), file["results"].mean(axis=1), strict=True)
-        ages = file["timesteps"].tolist()
-        for column, key in names.items():
-            np.testing.assert_allclose([float(r[column]) for r in logged], file[key].mean(axis=1))
+    found = read_evaluations(run / "evaluations.npz")
+    for column, key in names.items():
+        np.testing.assert_allclose([float(r[column]) for r in logged], found[key].mean(axis=1))
+    scores = zip(found["successes"].mean(axis=1), found["results"].mean(axis=1), strict=True)
     ranked = [tuple(map(float, score)) for score in scores]
-    first = ages[ranked.index(max(ranked))]
+    first = found["timesteps"].tolist()[ranked.index(max(ranked))]
     document = load(run / "best_model").document
     assert (document["timesteps"], document["seed"]) == (first, 5)
     assert first < load(run / "last_model").document["timesteps"] == 512 * 4
@@ -259,34 +253,18 @@ def test_it_is_due_where_an_update_passes_a_multiple_and_at_the_end():
     evaluations.close()
 
 
-SHORT = {
-    "env_id": "RigidEnvs/SleepingTop-v0",
-    "n_envs": 8,
-    "n_steps": 8,
-    "batch_size": 64,
-    "n_epochs": 1,
-    "total_timesteps": 128,
-    "eval_every": 64,
-    "eval_episodes": 20,
-}
-
-
 def top(folder, name, **entries):
-    values = {**SHORT, **entries, "log_dir": str(folder), "run_name": name}
-    return train(config_from(values), quiet=True).folder
-
-
-def evaluations(run):
-    with np.load(run / "evaluations.npz") as file:
-        return dict(file)
+    values = {"env_id": "RigidEnvs/SleepingTop-v0", "eval_every": 512, **entries}
+    return trained(folder, 2, run_name=name, **values)
 
 
 def test_they_change_what_is_learnt_and_not_what_is_evaluated(tmp_path):
     frozen = {"learning_rate": [0.0, 0.0]}
     plain = top(tmp_path, "plain", **frozen)
     priced = top(tmp_path, "priced", **frozen, train_kwargs={"weight_effort": 9.0})
-    for key, column in evaluations(plain).items():  # of the same policy, which did not learn
-        np.testing.assert_array_equal(column, evaluations(priced)[key])
+    found, others = (read_evaluations(run / "evaluations.npz") for run in (plain, priced))
+    for key, column in found.items():  # of the same policy, which did not learn
+        np.testing.assert_array_equal(column, others[key])
     policies = [
         load(top(tmp_path, name, train_kwargs=keywords) / "last_model")
         for name, keywords in (("a", {}), ("b", {"weight_effort": 9.0}), ("c", {"dt": 0.01}))
@@ -298,17 +276,17 @@ def test_they_change_what_is_learnt_and_not_what_is_evaluated(tmp_path):
 
 @pytest.mark.parametrize("pay", [{"price": 0.3}, {"bonus": 3.0}], ids=str)
 def test_price_and_bonus_are_of_every_reward_of_training(pay):
-    rows = [TrainingRows(make("RigidEnvs/BallGrid-v0", {}, 200)) for _ in range(2)]
+    envs = [TrainingRows(make("RigidEnvs/BallGrid-v0", {}, 200)) for _ in range(2)]
     rng, n_ended, n_won = np.random.default_rng(0), 0, 0
-    for env in rows:
+    for env in envs:
         env.seed(0)
         env.reset()
-    vars(rows[1]).update(pay)
+    vars(envs[1]).update(pay)
     for _ in range(60):  # the limit is 50 steps
         actions = rng.integers(0, 4, 200)
-        for env in rows:
+        for env in envs:
             env.step_async(actions)
-        (_, plain, dones, infos), (_, paid, *_) = (env.step_wait() for env in rows)
+        (_, plain, dones, infos), (_, paid, *_) = (env.step_wait() for env in envs)
         won = np.array([info.get("is_success", False) for info in infos])  # success ends it
         # a move costs a quarter roll, the last one of an episode too
         expected = pay.get("bonus", 0.0) * won - pay.get("price", 0.0) * np.pi / 2
@@ -318,7 +296,7 @@ def test_price_and_bonus_are_of_every_reward_of_training(pay):
 
 
 def test_a_price_goes_along_a_line_and_stays_at_its_end():
-    config = config_from({**SHORT, "total_timesteps": 1000, "cost_price": [1.0, 3.0]})
+    config = config_from({"total_timesteps": 1000, "cost_price": [1.0, 3.0]})
     assert [config.price_at(age) for age in (0, 500, 1000, 1100)] == [1.0, 2.0, 3.0, 3.0]
 
 
