@@ -38,6 +38,13 @@ def played(env_id):
     return envs
 
 
+def edited(state, part, place, number):
+    """A state with another number in a place of a part."""
+    other = state[part].copy()
+    other[place] = number
+    return {**state, part: other}
+
+
 def refusal(env, state):
     """The message with which a state is refused, after which everything is as before; or None."""
     before = env.get_state()
@@ -56,9 +63,7 @@ def test_no_number_of_a_state_does_harm(env_id):
     for name, part in state.items():
         for k in range(part.shape[1]):
             for number in NUMBERS:
-                other = part.copy()
-                other[1, k] = number
-                told = refusal(envs, {**state, name: other}) or ""
+                told = refusal(envs, edited(state, name, (1, k), number)) or ""
                 assert name != "y" or np.isfinite(number) or f"state['y'][1, {k}] = " in told
                 if told:
                     n_refused += 1
@@ -83,9 +88,8 @@ def test_what_a_row_of_a_refused_state_would_index_is_never_read(env_id):
         ("clock", CLOCK.key_low, 2.0**32),
         ("clock", CLOCK.running, 2.0),
     ):
-        other = state[part].copy()
-        other[-1, k] = number
-        assert "expected whole numbers" in refusal(envs, {**state, part: other})
+        other = edited(state, part, (-1, k), number)
+        assert "expected whole numbers" in refusal(envs, other)
 
 
 @in_full(IDS)
@@ -102,12 +106,10 @@ def test_clocks_and_delayed_actions_are_taken_up_to_their_ends_and_no_further(en
     }
     for (part, k), (low, high) in ends.items():
         for number, beyond in ((low, -1.0), (high, 1.0)):
-            other = {name: each.copy() for name, each in state.items()}
-            other[part][1, k] = number
-            assert refusal(envs, other) is None or number == 0.0  # less than has been played
+            told = refusal(envs, edited(state, part, (1, k), number))
+            assert told is None or number == 0.0  # less than has been played
             for far in {np.nextafter(number, np.inf * beyond), number + beyond} - {number}:
-                other[part][1, k] = far
-                assert f"state: {part}" in refusal(envs, other)
+                assert f"state: {part}" in refusal(envs, edited(state, part, (1, k), far))
             envs.set_state(state)
 
 
@@ -228,9 +230,8 @@ def test_every_auxiliary_number_has_a_range_of_its_own(env_id):
             last = np.broadcast_to(end, N)[1]
             wrong = last + outwards * 0.01 * (1.0 + abs(last))
             if key in task.aux_names or wrong > 0.0:  # a length is at least 0
-                other = state["aux"].copy()
-                other[1, columns] = wrong, *np.zeros(len(columns) - 1)
-                told = refusal(envs, {**state, "aux": other})
+                numbers = wrong, *np.zeros(len(columns) - 1)
+                told = refusal(envs, edited(state, "aux", (1, columns), numbers))
                 assert np.isinf(last) or (told.startswith("state: aux: ") and names[0] in told)
         if ranges[key] is UNIT:  # as close as rounding to float32 comes
             other = state["aux"].copy()
@@ -243,9 +244,9 @@ def test_counters_are_whole(env_id):
     envs = played(env_id)
     state = envs.get_state()
     for name in task_of(env_id).counters:
-        other = state["aux"].copy()
-        other[1, task_of(env_id).aux_names.index(name)] += 0.5
-        assert f"aux: {name}[1] = " in refusal(envs, {**state, "aux": other})
+        place = 1, task_of(env_id).aux_names.index(name)
+        other = edited(state, "aux", place, state["aux"][place] + 0.5)
+        assert f"aux: {name}[1] = " in refusal(envs, other)
 
 
 def test_what_no_row_has_in_an_episode_is_refused(env_id):
@@ -255,9 +256,7 @@ def test_what_no_row_has_in_an_episode_is_refused(env_id):
     wrong += [("y", parts["q"], 0.0)] if "q" in parts else []
     wrong += [("y", parts[name], 1.0) for name in task.fixed_components]
     for part, place, number in wrong:
-        other = state[part].copy()
-        other[1, place] = number
-        assert part in refusal(envs, {**state, part: other})
+        assert part in refusal(envs, edited(state, part, (1, place), number))
 
 
 def test_the_state_of_any_moment_is_taken_and_gives_the_same_bits(env_id):
