@@ -38,8 +38,7 @@ def goals_of(observation):
 def computed(env, observation):
     """Reward, terminated and truncated from the goals alone."""
     ways = (env.compute_reward, env.compute_terminated, env.compute_truncated)
-    reward, terminated, truncated = (way(*goals_of(observation), {}) for way in ways)
-    return reward, terminated, truncated
+    return tuple(way(*goals_of(observation), {}) for way in ways)
 
 
 @goal_ids

@@ -261,8 +261,7 @@ def test_physical_parameters_alone_may_have_any_size_that_the_others_allow(env_i
             try:
                 env = single(env_id, **{name: rule.high if share else rule.low}, n_substeps=1000)
             except ConfigError as refusal:
-                assert str(refusal).startswith("config.")
-                assert "expected" in str(refusal)
+                assert_names_a_key(env_id, str(refusal))
             else:
                 assert env.observation_space.contains(env.reset(seed=0)[0])
 
@@ -445,16 +444,10 @@ OF_BOTH = ("task", "render_mode", "width", "camera", "frame", "rotation", "dt", 
 
 def test_arguments_of_the_wrong_kind_are_refused_as_values():
     for name in [*OF_ROWS, *OF_BOTH]:
-        kinds = [RigidVectorEnv]
-        if name not in OF_ROWS:
-            kinds.append(RigidEnv)
-        for kind in kinds:
+        for kind in (RigidVectorEnv,) if name in OF_ROWS else (RigidVectorEnv, RigidEnv):
             for thing in things():
-                keywords = {"task": "rigid_envs.systems.rolling_ball.tasks:BallPark"} | {
-                    name: thing
-                }
                 try:
-                    kind(**keywords)
+                    kind(**{"task": "rigid_envs.systems.rolling_ball.tasks:BallPark", name: thing})
                 except ValueError as error:
                     assert name in str(error) or isinstance(thing, NoMapping)
                     continue
