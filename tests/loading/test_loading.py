@@ -29,29 +29,25 @@ def said_by(code):
 
 
 @pytest.fixture(scope="module")
-def both():
+def told():
     """What the audit and the trap found, one after the other in one process."""
     modules = "from tests.loading import audited, trapped"
-    return said_by(f"{modules}\naudited.main({N})\ntrapped.main()")
-
-
-@pytest.fixture(scope="module")
-def audited(both):
-    return both[0]
+    audit, trap = said_by(f"{modules}\naudited.main({N})\ntrapped.main()")
+    return audit | trap
 
 
 @pytest.mark.long
 @pytest.mark.push
 @pytest.mark.parametrize("kind", READERS)
-def test_reading_does_nothing_but_read(audited, kind):
-    assert audited[kind]["found"] == {}
-    assert not audited[kind]["ran"]
+def test_reading_does_nothing_but_read(told, kind):
+    assert told[kind]["found"] == {}
+    assert not told[kind]["ran"]
 
 
 @pytest.mark.parametrize("kind", READERS)
-def test_what_is_no_good_file_is_refused_by_name(audited, kind):
+def test_what_is_no_good_file_is_refused_by_name(told, kind):
     n_harmful = len([*harmful(Path("mark"))])
-    ends = audited[kind]["ends"]
+    ends = told[kind]["ends"]
     assert sum(ends.values()) == n_harmful + N
     refused = "ConfigError" if kind.endswith("config") else "DamagedFileError"
     assert set(ends) <= {refused, "read"}
@@ -77,21 +73,15 @@ def test_bombs_are_refused_before_they_take_memory_or_time():
         assert grown < 256.0, (name, grown)
 
 
-@pytest.fixture(scope="module")
-def trapped(both):
-    return both[1]
-
-
 @pytest.mark.parametrize("kind", NAMED)
 @pytest.mark.parametrize("entry", ENTRIES)
-def test_code_that_a_file_names_is_not_even_looked_for(trapped, entry, kind):
-    told = trapped[f"{entry}: {kind}"]
-    assert not told["ran"] and told["found"] == [], told
+def test_code_that_a_file_names_is_not_even_looked_for(told, entry, kind):
+    touched = told[f"{entry}: {kind}"]
+    assert not touched["ran"] and touched["found"] == [], touched
 
 
-def test_code_that_a_users_own_call_names_is_run(trapped):
-    told = trapped["gym.make"]
-    assert told["ran"] and told["found"]
+def test_code_that_a_users_own_call_names_is_run(told):
+    assert told["gym.make"]["ran"] and told["gym.make"]["found"]
 
 
 ROOT = Path(__file__).parents[2]
