@@ -128,19 +128,16 @@ def test_attributes_and_methods_reach_the_environment():
             ask(no_name)
     assert env.env_method("get_state", indices=0)[0].keys() == env.venv.state.keys()
     assert env.env_is_wrapped(Monitor) == [True] * 3
-    sync = SyncVectorEnv(
-        [lambda: gym.make("CartPole-v1")] * 2, autoreset_mode=AutoresetMode.SAME_STEP
-    )
-    rows = GymnasiumVecEnv(sync)
+    rows = cart_poles()
     rows.set_attr("gravity", 1.5, indices=[1])
-    assert rows.get_attr("gravity") == [9.8, 1.5]
+    assert rows.get_attr("gravity") == [9.8, 1.5, 9.8]
     calls = []
     env.venv.count = lambda *words: calls.append("shared") or len(calls)
     assert env.env_method("count", "a", indices=[0, 2]) == [1, 1]  # one object, one call
-    for k, each in enumerate(sync.envs):
+    for k, each in enumerate(rows.venv.envs):
         each.unwrapped.count = lambda k=k: calls.append(f"row {k}") or k
-    assert rows.env_method("count") == [0, 1] and rows.env_method("count", indices=[1]) == [1]
-    assert calls == ["shared", "row 0", "row 1", "row 1"]
+    assert rows.env_method("count") == [0, 1, 2] and rows.env_method("count", indices=[1]) == [1]
+    assert calls == ["shared", "row 0", "row 1", "row 2", "row 1"]
     env.close()
     assert env.venv.closed
 

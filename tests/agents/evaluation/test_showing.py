@@ -14,11 +14,11 @@ from agents.evaluation import showing as short_film
 from agents.evaluation.showing import try_film
 from rigid_envs import load
 from rigid_envs.scores.starts import TEST_SEED
+from tests.films.test_film import read_video
 from tests.programs import python
 
 pytestmark = pytest.mark.long
 
-imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
 pygame = pytest.importorskip("pygame")
 pytest.importorskip("panda3d")
 
@@ -44,16 +44,10 @@ def no_display(monkeypatch):
     monkeypatch.setattr("sys.platform", "linux")
 
 
-def read(path):
-    reader = imageio_ffmpeg.read_frames(str(path))
-    meta = next(reader)
-    return meta, sum(1 for _ in reader)
-
-
 @pytest.mark.push
 def test_training_leaves_a_film_of_its_policy(run):
-    meta, n = read(run / "film.mp4")
-    assert meta["codec"] == "h264" and n > 20
+    meta, pictures = read_video(run / "film.mp4")
+    assert meta["codec"] == "h264" and len(pictures) > 20
     steps = int((run / "episodes.csv").read_text().splitlines()[1].split(",")[3])
     shown = steps * 0.1 + 1.0  # in real time, and the end stays for a second
     assert meta["duration"] == pytest.approx(shown, abs=0.2)
@@ -85,7 +79,7 @@ def test_a_film_costs_at_most_its_time(run, tmp_path, monkeypatch):
     monkeypatch.setattr(short_film, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
     path = try_film(load(run / "best_model"), tmp_path, TEST_SEED)
     assert clock[0] < 1.6
-    assert path is not None and read(path)[1] > 3
+    assert path is not None and len(read_video(path)[1]) > 3
 
 
 def test_a_film_changes_no_result(run):
@@ -129,7 +123,7 @@ def test_enjoy_without_a_display_writes_a_film_and_says_where(run, capsys):
     assert main(["enjoy", str(run), "--seed", "4"]) == 0
     *table, film = capsys.readouterr().out.splitlines()
     assert "return" in table[-1] and film.startswith(f"film: {run / 'enjoy.mp4'} (")
-    assert read(run / "enjoy.mp4")[0]["size"][0] == 480
+    assert read_video(run / "enjoy.mp4")[0]["size"][0] == 480
 
 
 def test_enjoy_shows_policy_and_controller_side_by_side(run, tmp_path, capsys):
