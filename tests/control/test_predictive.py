@@ -1,14 +1,12 @@
 """Predictive control and sampling: problems whose optimum is known, plans that happen."""
 
 import itertools
-import sys
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from rigid_envs import systems
-from rigid_envs.base.checks import MissingPackageError
 from rigid_envs.control import predictive
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.dynamic_ball.controllers import HeldBall
@@ -340,9 +338,3 @@ def test_tops_without_symmetry_and_numbers_that_are_none_are_refused():
     refuses(r"^goal has shape \(0,\); expected \(2,\)", controller.plan, BALL.state())
     with pytest.raises(ValueError, match=r"^y has shape \(2, 13\); expected \(n_state,\)"):
         controller.plan(np.stack([BALL.state()] * 2), [0.0, 0.0])
-
-
-def test_without_casadi_the_command_that_installs_it_is_named(monkeypatch):
-    monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(MissingPackageError, match=r'pip install "rigid-envs\[control\]"'):
-        predictive.PredictiveControl(SPIN, (0.1,)).plan(BODY.state())
