@@ -16,7 +16,7 @@ import rigid_envs
 from rigid_envs.base.files import DamagedFileError, write_document
 from rigid_envs.scores import leaderboard
 from rigid_envs.scores.evaluation import published_record
-from rigid_envs.scores.records import evaluation_of, read_evaluation, read_results
+from rigid_envs.scores.records import read_evaluation, read_results
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
@@ -55,18 +55,17 @@ def test_the_most_efficient_comes_first_and_the_plot_is_there(folder, capsys):
     assert (folder / "leaderboard.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_results_are_ranked_by_what_is_best_now_and_changed_ones_are_refused(folder):
-    row = result(folder, "brake")
-    old, file = evaluation_of(row), folder / "old" / "row.json"
-    file.parent.mkdir()
+def test_results_are_ranked_by_what_is_best_now_and_changed_ones_are_refused(results, tmp_path):
+    old, file = read_evaluation(results / "brake.json"), tmp_path / "row.json"
     costs = 0.5 * old.costs  # as if somebody had known better, once
     old.against(costs).save(file)
     assert read_evaluation(file).efficiency.mean == pytest.approx(0.5, abs=1e-3)
-    assert read_results(file.parent)[0].efficiency == old.efficiency
+    assert read_results(tmp_path)[0].efficiency == old.efficiency
+    row = old.row()
     row["policy"]["efficiency"] = 0.99
     write_document(file, row)
     with pytest.raises(DamagedFileError, match=r"efficiency = 0\.99; expected 0\.6"):
-        read_results(file.parent)
+        read_results(tmp_path)
 
 
 @pytest.mark.parametrize("change", [{"format": "rigid-envs result 2"}, {"format": "rigid-enws"}])
@@ -89,15 +88,14 @@ def test_an_id_of_another_package_is_left_out(folder):
 
 def test_only_whole_sets_are_ranked_and_all_else_is_listed_apart(folder):
     below = folder / "below"
-    one = rigid_envs.evaluate(ID, "reference", n=1)
-    replace(one, policy="lucky").save(below / "lucky.json")
-    easier = rigid_envs.evaluate(ID, "reference", config={"start_momentum": 0.5})
-    replace(easier, policy="easy").save(below / "easy.json")
-    other = rigid_envs.evaluate(ID, "reference", seed=1)
-    replace(other, policy="elsewhere").save(below / "elsewhere.json")
+    easier = {"start_momentum": 0.5}
+    others = {"lucky": {"n": 1}, "easy": {"config": easier}, "elsewhere": {"seed": 1}}
+    for name, options in others.items():
+        found = rigid_envs.evaluate(ID, "reference", name=name, **options)
+        found.save(below / f"{name}.json")
     assert main(["leaderboard", str(folder)]) == 0
     ranked, apart = (folder / "leaderboard.md").read_text().split("## Not ranked")
-    for name in ("lucky", "easy", "elsewhere"):
+    for name in others:
         assert f"| {name} |" not in ranked and f"| `Detumble-v0` | {name} | 100.0 % |" in apart
     assert "n = 1; expected all 500 starts" in apart
     assert "start_momentum = 0.5; expected 3.0, as registered" in apart
@@ -117,21 +115,14 @@ def test_a_page_of_which_nothing_is_ranked_has_no_rank(tmp_path):
     assert "| zero |" not in (tmp_path / "leaderboard.md").read_text().split("## Not ranked")[0]
 
 
-def forged(row, **changes):
-    """A row with a digest and figures that fit what somebody has written into it."""
-    return replace(evaluation_of(row), **changes)
-
-
-def test_a_row_is_not_believed_what_it_says_of_task_best_known_and_bound(folder):
-    row, file = result(folder, "brake"), folder / "forged" / "row.json"
-    file.parent.mkdir()
-    honest = evaluation_of(row)
-    generous = forged(row, best=honest.costs, bounds=0.1 * honest.costs).save(file)
-    (found,) = read_results(file.parent)
+def test_a_row_is_not_believed_what_it_says_of_task_best_known_and_bound(results, tmp_path):
+    honest, file = read_evaluation(results / "brake.json"), tmp_path / "row.json"
+    generous = replace(honest, best=honest.costs, bounds=0.1 * honest.costs).save(file)
+    (found,) = read_results(tmp_path)
     assert read_evaluation(generous).efficiency.mean == 1.0
     assert found.efficiency == honest.efficiency and found.gap == honest.gap
-    forged(row, config={"start_momentum": 0.5}).save(file)
-    (found,) = read_results(file.parent)
+    replace(honest, config={"start_momentum": 0.5}).save(file)
+    (found,) = read_results(tmp_path)
     assert found.efficiency is None and "start_momentum = 0.5" in (found.unranked or "")
 
 
@@ -143,12 +134,11 @@ def test_a_row_is_not_believed_what_it_says_of_task_best_known_and_bound(folder)
     ],
     ids=["below the bound", "floor above all costs"],
 )
-def test_a_row_that_cannot_be_is_refused(folder, changes, message):
-    row, file = result(folder, "brake"), folder / "forged" / "row.json"
-    file.parent.mkdir()
-    forged(row, **changes(evaluation_of(row))).save(file)
+def test_a_row_that_cannot_be_is_refused(results, tmp_path, changes, message):
+    honest, file = read_evaluation(results / "brake.json"), tmp_path / "row.json"
+    replace(honest, **changes(honest)).save(file)
     with pytest.raises(DamagedFileError, match=message):
-        read_results(file.parent)
+        read_results(tmp_path)
     with pytest.raises(DamagedFileError, match=message):
         read_evaluation(file, anew=True)
 
