@@ -21,6 +21,14 @@ settings.load_profile("untimed")
 logging.getLogger("rigid_envs.engine.compiler").setLevel(logging.WARNING)
 
 
+@pytest.fixture
+def without_display(monkeypatch):
+    """As on a server, where no window can be opened."""
+    for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr("sys.platform", "linux")
+
+
 @pytest.hookimpl(trylast=True)  # ids may be chosen
 def pytest_configure(config):
     """With `-n`, compile all kernels before the workers start."""

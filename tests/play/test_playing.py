@@ -291,10 +291,7 @@ def test_the_loop_keeps_time_and_ends(monkeypatch):
     assert sum(slept) == pytest.approx(1.0 - 60 * 0.005, abs=0.02)
 
 
-def test_without_a_display_it_says_what_to_do(monkeypatch):
-    for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("sys.platform", "linux")
+def test_without_a_display_it_says_what_to_do(without_display):
     refuses("DISPLAY = None; expected a display", play, PARK)
 
 

@@ -17,7 +17,7 @@ from rigid_envs.scores.starts import TEST_SEED
 from tests.films.test_film import read_video
 from tests.programs import python
 
-pytestmark = pytest.mark.long
+pytestmark = [pytest.mark.long, pytest.mark.usefixtures("without_display")]
 
 pygame = pytest.importorskip("pygame")
 pytest.importorskip("panda3d")
@@ -35,13 +35,6 @@ def run(tmp_path_factory):
         patch.setattr(short_film, "BUDGET", 600.0)
         assert main([*words, "--log_dir", str(logs)]) == 0
     return logs / "ppo" / "BallPark-v0_1"
-
-
-@pytest.fixture(autouse=True)
-def no_display(monkeypatch):
-    for name in ("SDL_VIDEODRIVER", "DISPLAY", "WAYLAND_DISPLAY"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr("sys.platform", "linux")
 
 
 @pytest.mark.push
