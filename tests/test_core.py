@@ -167,11 +167,7 @@ def outputs_of(n):
 
 def stepped(workers):
     """A step that publishes to arrays of its own."""
-    return workers.step(*outputs_of(len(blocks_of(workers))))
-
-
-def blocks_of(workers):
-    return workers._buffer
+    return workers.step(*outputs_of(len(workers._buffer)))
 
 
 def threads_now():
@@ -196,7 +192,7 @@ def test_every_block_is_stepped_once(n_threads, n_blocks):
     workers = team(n_blocks, n_threads)
     for k in range(2000):
         assert stepped(workers) == n_blocks
-        assert (blocks_of(workers) == k + 1).all()
+        assert (workers._buffer == k + 1).all()
     assert all(inbox.qsize() <= 1 for inbox in workers._inboxes)  # nobody is woken in advance
 
 
@@ -219,7 +215,7 @@ def test_the_thread_that_is_woken_sleeps_no_more_and_all_others_do():
 def test_threads_that_fall_asleep_wake_up():
     workers = team()
     for k in range(20):
-        assert stepped(workers) == 6 and (blocks_of(workers) == k + 1).all()
+        assert stepped(workers) == 6 and (workers._buffer == k + 1).all()
         assert waited_for(lambda: all_sleep(workers))
 
 
@@ -227,7 +223,7 @@ def test_shares_run_side_by_side():
     workers = team(n_blocks=3, step=meet)
 
     def all_met():
-        blocks_of(workers)[:] = 0.0
+        workers._buffer[:] = 0.0
         return stepped(workers) == 3
 
     assert waited_for(all_met)  # threads that come late are not waited for

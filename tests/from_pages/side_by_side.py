@@ -178,15 +178,3 @@ class Pair:
     def shake(self, rng, steps):
         """Steps under actions that are outside their space now and then."""
         return self.run(lambda page, k: rng.uniform(-1.5, 1.5, page.n_action), steps)
-
-
-def drawn(kind, n=2000, seed=5, **settings):
-    """States, observations and vector environment after one reset of n rows."""
-    envs = gym.make_vec(
-        f"RigidEnvs/{kind.__name__}-v0",
-        num_envs=n,
-        vectorization_mode="vector_entry_point",
-        **settings,
-    )
-    observations, _ = envs.reset(seed=seed)
-    return np.asarray(envs.unwrapped.y), observations, envs

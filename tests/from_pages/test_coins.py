@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import ks_2samp
 
+from rigid_envs.testing.environments import vector
 from tests.from_pages import balls, bodies, pushed_balls, side_by_side, tops, wheels
 from tests.from_pages.wheels import CoinPark, DiskRoll, DiskRollRandom, RollPump, attitude_of, seen
 
@@ -239,8 +240,9 @@ def test_episodes_begin_as_the_page_says(kind):
     if kind.defaults()["rotation"] == "none" and kind is not wheels.RollPump:
         shown["rotation"] = "matrix"
     model, rng = kind(**shown), np.random.default_rng(7)
-    y, seen, envs = side_by_side.drawn(kind, N, **shown)
-    aux, parts = envs.unwrapped.get_state().get("aux", []), envs.unwrapped.task.system_type
+    envs = vector(f"RigidEnvs/{kind.__name__}-v0", N, **shown)
+    seen, _ = envs.reset(seed=5)
+    y, aux, parts = envs.y, envs.get_state().get("aux", []), envs.task.system_type
     ours, theirs = [], []
     for k in range(N):
         params = model.draw_params(rng)

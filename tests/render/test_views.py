@@ -263,12 +263,8 @@ def test_another_number_of_colours_than_a_solid_has_is_refused_by_name():
 
 def test_a_system_without_a_view_is_a_box_with_its_state_in_words():
     task = SleepingTop()
-    system = task.system()
-    parameters = {name: getattr(system, name) for name in system.parameter_names()}
-    y = system.state(q=Q, omega_body=[1.0, 2.0, 3.0])
-    frame = GenericView(task, parameters).frame(
-        Moment(y, np.zeros(8), parameters, dynamics=system.dynamics)
-    )
+    _, moment = at(task, task.system().state(q=Q, omega_body=[1.0, 2.0, 3.0]))
+    frame = GenericView(task, moment.parameters).frame(moment)
     assert np.allclose(frame.poses["body"].q, Q)
     assert "omega2 2.000" in frame.text
 

@@ -8,7 +8,6 @@ import importlib.util
 import re
 import shlex
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
@@ -68,28 +67,21 @@ GENERATED = "docs/environments/"  # tests/test_docs.py runs the example of each 
 TOOLS = {"cd", "git", "lint-imports", "mypy", "npm", "pip", "pre-commit", "ray", "ruff", "source"}
 
 
-class Block(NamedTuple):
-    """A fenced block of code."""
-
-    language: str
-    code: str
-
-
 def text_of(page):
     return (ROOT / page).read_text(encoding="utf-8")
 
 
 def blocks_of(page, *languages):
-    """Blocks of a page in some languages, in order."""
+    """Code of a page in some languages, in order."""
     found = re.findall(r"^```(\w+)\n(.*?)^```$", text_of(page), re.MULTILINE | re.DOTALL)
-    return [Block(*each) for each in found if each[0] in languages]
+    return [code for language, code in found if language in languages]
 
 
 def commands_of(page):
     """Commands of the shell that a page shows, as words."""
     found = []
     for block in blocks_of(page, "bash", "sh", "console", "shell"):
-        for line in block.code.replace("\\\n", " ").splitlines():
+        for line in block.replace("\\\n", " ").splitlines():
             words = shlex.split(line, comments=True)
             while "&&" in words:
                 at = words.index("&&")
@@ -125,7 +117,7 @@ def test_python_of_a_page_runs(page, tmp_path, monkeypatch):
     names = {"__name__": "page"}
     for block in blocks_of(page, "python"):
         if block not in known:
-            exec(compile(block.code, page, "exec"), names)
+            exec(compile(block, page, "exec"), names)
 
 
 def understood(parser, words):
