@@ -21,7 +21,6 @@ from rigid_envs.testing.environments import (
     actions,
     assert_same_bits,
     break_physics,
-    flat,
     fresh,
     ranges,
     rich,
@@ -263,19 +262,6 @@ def test_info_is_blank_at_reset(env_id):
     env = fresh(single(env_id))
     env.step(actions(env_id, 1, 1)[0, 0])
     assert not any(env.reset()[1].values())
-
-
-def test_types_are_those_of_the_interface(env_id):
-    env = single(env_id)
-    observation, _ = env.reset(seed=0)
-    for action in actions(env_id, 20, 1)[:, 0]:
-        assert type(flat(observation)) is np.ndarray
-        assert flat(observation).dtype == np.float32
-        assert env.observation_space.contains(observation)
-        observation, reward, terminated, truncated, _ = env.step(action)
-        assert [type(reward), type(terminated), type(truncated)] == [float, bool, bool]
-        if terminated:
-            observation, _ = env.reset()
 
 
 def test_reward_is_the_weighted_sum_of_its_terms(env_id):
