@@ -19,9 +19,6 @@ from stable_baselines3.common.env_util import make_vec_env as their_make_vec_env
 
 from agents.config.entries import config_from
 from agents.config.reading import recipe_for
-from agents.storage.runs import create_run
-from agents.training.trainer import Trainer
-from agents.training.validation import Progress
 from rigid_envs import load
 from rigid_envs.envs.lookup import checked_id
 from rigid_envs.sb3.adapter import make_vec_env
@@ -29,6 +26,7 @@ from rigid_envs.sb3.exporting import ACTIVATIONS, Tanh
 from rigid_envs.scores.trained import weights_of
 from rigid_envs.tools.bench.measuring import Workload, time_interleaved
 from rigid_envs.tools.pages.tables import table
+from tests.agents.trainings import begun
 
 IDS = ("BallPark", "IntermediateAxis", "DiskRollRandom", "BallParkGoal", "BallGrid")
 ROWS = 256
@@ -93,10 +91,9 @@ def updates(_):
         "tanh by sigmoid": {"tanh": Tanh},
     }
     for kind, changed in {**forms, "default Adam": {}}.items():
-        run = create_run(config_from({**recipe, **never, "run_name": kind.replace(" ", "_")}))
-        run.begin()
+        config = config_from({**recipe, **never, "run_name": kind.replace(" ", "_")})
         with patch.dict(ACTIVATIONS, changed):
-            trainer = Trainer(run, run.config(), Progress(quiet=True))
+            trainer = begun(config)
         if kind == "default Adam":
             for group in trainer.model.policy.optimizer.param_groups:
                 group["fused"] = None

@@ -13,9 +13,7 @@ import torch
 
 from agents.config.entries import config_from
 from agents.config.reading import recipe_for
-from agents.storage.runs import create_run
-from agents.training.trainer import Trainer
-from agents.training.validation import Progress
+from tests.agents.trainings import begun
 
 IDS = ("BallPark", "IntermediateAxis", "SleepingTop", "Reorient", "DiskRoll")
 
@@ -63,9 +61,7 @@ def measure(env_id, timesteps=None):
     steps = timesteps or recipe["eval_every"]
     with tempfile.TemporaryDirectory() as folder:
         changes = {"total_timesteps": steps, "eval_every": steps, "log_dir": folder}
-        run = create_run(config_from({**recipe, **changes}))
-        run.begin()
-        trainer = Trainer(run, run.config(), Progress(quiet=True))
+        trainer = begun(config_from({**recipe, **changes}))
         trainer.iterate()  # compiles what is not compiled yet
         spent, first = {}, trainer.model.num_timesteps
         begin = time.perf_counter()
@@ -75,7 +71,6 @@ def measure(env_id, timesteps=None):
         total = time.perf_counter() - begin
         made = trainer.model.num_timesteps - first
         trainer.close()
-        run.close()
     shares = {name: seconds / total for name, seconds in _apart(spent, total).items()}
     return {
         "env_id": env_id,

@@ -20,11 +20,9 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from agents.config.entries import config_from
 from agents.config.reading import recipe_for
-from agents.storage.runs import create_run
-from agents.training.trainer import Trainer
-from agents.training.validation import Progress
 from rigid_envs import evaluate
 from rigid_envs.sb3.adapter import make_vec_env
+from tests.agents.trainings import begun
 
 _ENV = "RigidEnvs/IntermediateAxis-v0"
 _SEED, _N_STARTS = 1, 100  # of the curves
@@ -108,9 +106,7 @@ def _stable_baselines(make):
 def _application(config):
     """A training as ``python -m agents train`` makes it, without the files at its end."""
     with tempfile.TemporaryDirectory() as folder:
-        run = create_run(dataclasses.replace(config, log_dir=folder))
-        run.begin()
-        trainer = Trainer(run, config, Progress(quiet=True))
+        trainer = begun(dataclasses.replace(config, log_dir=folder))
         curve = _Curve(config.total_timesteps)
         curve.begin()
         while not trainer.is_complete():
@@ -119,7 +115,6 @@ def _application(config):
                 trainer.save()
             curve.between_updates(trainer.model.num_timesteps, lambda: trainer.model)
         trainer.close()
-        run.close()
     return curve
 
 

@@ -13,22 +13,16 @@ from agents.config.entries import config_from
 from agents.environments import make
 from agents.evaluation.reports import evaluate
 from agents.storage.logs import read_evaluations
-from agents.storage.runs import create_run
 from agents.training import trainer, validation
 from agents.training.rows import TrainingRows
-from agents.training.trainer import Trainer, train
-from agents.training.validation import VALIDATION_SEED, Progress, Spent, Stopwatch, Validation
+from agents.training.trainer import train
+from agents.training.validation import VALIDATION_SEED, Spent, Stopwatch, Validation
 from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.scores.starts import TEST_SEED, row_seeds
 from tests.agents.drift import Drift
 from tests.agents.sessions import rows, small
-
-
-def begun(folder, **entries):
-    run = create_run(small(folder, **entries))
-    run.begin()
-    return Trainer(run, run.config(), Progress(True))
+from tests.agents.trainings import begun
 
 
 def trained(folder, updates, **entries):
@@ -41,7 +35,7 @@ def test_without_a_number_checkpoints_are_due_as_often_as_they_cost_two_hundredt
 ):
     now = [100.0]
     monkeypatch.setattr(trainer, "time", SimpleNamespace(perf_counter=lambda: now[0]))
-    training = begun(tmp_path, checkpoint_every=None)
+    training = begun(small(tmp_path, checkpoint_every=None))
 
     def due_after(seconds):
         before, now[0] = now[0], now[0] + seconds
@@ -74,7 +68,7 @@ def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(tmp_path,
         rename(old, new)
 
     rename = os.replace
-    training = begun(tmp_path)
+    training = begun(small(tmp_path))
     training.iterate()
     monkeypatch.setattr(os, "fsync", fsync)
     monkeypatch.setattr(os, "replace", replace)
@@ -115,7 +109,8 @@ def test_episodes_are_logged_at_the_age_of_all_rows_together(tmp_path):
 
 
 def test_bonus_and_price_are_those_of_the_age(tmp_path):
-    training = begun(tmp_path, success_bonus=3.0, cost_price=[0.0, 2.0], total_timesteps=512 * 4)
+    pay = {"success_bonus": 3.0, "cost_price": [0.0, 2.0]}
+    training = begun(small(tmp_path, **pay, total_timesteps=512 * 4))
     prices = []
     for _ in range(4):
         training.iterate()
@@ -127,7 +122,7 @@ def test_bonus_and_price_are_those_of_the_age(tmp_path):
 
 def test_threads_of_torch_are_as_said(tmp_path):
     try:
-        begun(tmp_path, torch_threads=2).close()
+        begun(small(tmp_path, torch_threads=2)).close()
         assert torch.get_num_threads() == 2
     finally:
         torch.set_num_threads(1)
@@ -163,7 +158,7 @@ def test_speed_is_that_of_each_update(tmp_path, monkeypatch):
     wall = [100.0]
     fake = SimpleNamespace(perf_counter=lambda: wall[0], process_time=lambda: 0.0)
     monkeypatch.setattr(validation, "time", fake)
-    training = begun(tmp_path)
+    training = begun(small(tmp_path))
     for seconds in (8.0, 2.0, 4.0):
         wall[0] += seconds
         training.iterate()
@@ -207,7 +202,7 @@ def test_training_validation_and_test_share_no_start(tmp_path, monkeypatch, seed
     played, seed_rows = validation.play, TrainingRows.seed
     monkeypatch.setattr(validation, "play", play)
     monkeypatch.setattr(TrainingRows, "seed", seeded)
-    training = begun(tmp_path, n_envs=64, eval_every=1, eval_episodes=100, seed=seed)
+    training = begun(small(tmp_path, n_envs=64, eval_every=1, eval_episodes=100, seed=seed))
     training.iterate()
     training.close()
     tested = row_seeds(TEST_SEED, 1000, "test")
