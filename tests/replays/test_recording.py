@@ -187,14 +187,13 @@ def test_a_state_that_is_set_past_the_wrapper_is_noticed():
 
 def test_a_start_outside_an_episode_is_not_played_on():
     env = gym.make(PARK).unwrapped
-    action = np.ones((1, 2), dtype=np.float32)
-    with pytest.raises(ValueError, match="expected that of an episode: call reset"):
-        play_again(env.task, env.get_state(), action)
+    actions = np.ones((1, 2), dtype=np.float32)
+    told = "expected that of an episode: call reset"
+    refuses(told, play_again, env.task, env.get_state(), actions)
     env.reset(seed=0)
     break_physics(env)
-    env.step(action[0])
-    with pytest.raises(ValueError, match="expected that of an episode: call reset"):
-        play_again(env.task, env.get_state(), action)
+    env.step(actions[0])
+    refuses(told, play_again, env.task, env.get_state(), actions)
 
 
 def test_other_wrappers_go_around_the_recording_one():

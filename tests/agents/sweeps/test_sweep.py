@@ -29,17 +29,16 @@ from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.scores.records import read_record
-from tests.agents.sessions import SMALL, begun, rows, wait_for
+from tests.agents.sessions import SMALL, begun, rows, small, wait_for
 from tests.loading.payloads import harmful
 from tests.programs import printed, python
 
-FEW = SMALL | {"total_timesteps": 512 * 6}
 DRIFT = "tests.agents.drift"
 VERB = f"benchmark --allow-import {DRIFT} --ids Drift-v0"
 
 
 def training(folder, name="a", n=20, **entries):
-    config = config_from(FEW | {"log_dir": str(folder), "run_name": name} | entries)
+    config = small(folder, run_name=name, total_timesteps=512 * 6, **entries)
     return Training(config, folder / "records", n)
 
 
