@@ -238,7 +238,7 @@ def test_threads_start_with_the_first_step_and_stay():
     before = threads_now()
     workers = team()
     act(begun(BallPark(), 2 * LANES))  # by none but the thread that asks
-    assert threads_now() == before
+    assert threads_now() <= before  # those of environments that are gone may end meanwhile
     stepped(workers)
     started = threads_now() - before
     assert len(started) == 2
