@@ -468,9 +468,10 @@ def fall(
     """Find integrals, turning points and period of the lean of a disk from any initial state.
 
     theta'^2 = 2 (E - V(theta)) / J with the effective potential V; period = 2 int dtheta / theta'.
-    All are good to rounding, but for the period of a disk that starts within d of an unstable
-    steady motion: the time that it lingers there is known to eps / d only. The period of one that
-    turns back within 1e-9 of both faces is good to 1e-6, and that of the smallest nods to 1e-10.
+    All are good to rounding, but for the period of a disk that lingers near an unstable steady
+    motion: it is known to eps / d if the disk starts within d of it, and to eps / n^2 if it passes
+    it at the rate n sqrt(g / radius). The period of one that turns back within 1e-9 of both faces
+    is good to 1e-6, and that of the smallest nods to 1e-10.
 
     Args:
         theta: angle of the axis from the vertical, above 0 and below pi [rad].
