@@ -298,11 +298,11 @@ def test_the_cost_is_the_one_that_is_told(problem):
     x, a = casadi.SX.sym("x", n), casadi.SX.sym("a", m)
     cost = casadi.Function("cost", [x, a], [problem.cost(x, a, casadi.DM.zeros(n_goal))])
     rng, y = np.random.default_rng(0), STARTS[problem]
-    for _ in range(10):
-        action = rng.uniform(0.3, 0.7, m)
+    # lengths, weighed by 3, are rounded off by 0.01, and those above 0.9 by 0.05
+    for size, error in 5 * [(0.0, 0.03), (0.3, 2e-3)]:
+        action = rng.choice([-1.0, 1.0], m) * rng.uniform(size, 0.7, m)
         found = float(cost(problem.coordinates(y), action))
-        # lengths above 0.3, weighed by 3, are rounded off by 0.01, and those above 0.9 by 0.05
-        assert found == pytest.approx(told(problem, y, action), abs=2e-3)
+        assert found == pytest.approx(told(problem, y, action), abs=error)
         y = advanced(problem, y, action, 0.05)
 
 
