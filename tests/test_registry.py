@@ -348,11 +348,15 @@ PRINTED = {
 }
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize("name", PRINTED)
 def test_the_script_of_the_page_runs(said, name):
     assert said[name] == PRINTED[name]
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_it_has_an_auxiliary_state_names_and_settings_that_depend_on_one_another(said):
     state, goal, refused = said["hold"].splitlines()
     assert state == "State(angle=0.5, omega=0.0, spin=3.0) [0.5, 0.0, 3.0] Input(torque=0.0)"
@@ -389,12 +393,16 @@ def test_it_is_described_and_gets_pages(package):
     assert "## Pendulum" in (package.folder / "pages/README.md").read_text()
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_subclass_overrides_defaults_and_keeps_their_rules(said):
     own, refused, _ = said["substeps"].splitlines()
     assert own == "(6.0, 8.0) 2"
     assert refused.startswith("config.mgl: mgl = -1.0; expected")
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_least_number_of_substeps_that_is_asked_for_is_enough(said):
     assert said["substeps"].endswith("take n_substeps >= 201\n")
 

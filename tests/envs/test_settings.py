@@ -48,6 +48,8 @@ env.step(env.action_space.sample())
 """
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize(
     "code",
     [STEP, "import rigid_envs.tools.cli.command_line", "import agents.cli.command_line"],

@@ -340,6 +340,8 @@ print(left or "", gc.isenabled(), gc.get_freeze_count(), "scipy.linalg" in sys.m
 """
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_numba_is_left_as_it_was_and_loads_little_for_a_kernel_from_its_file(tmp_path):
     assert program(LEFT, tmp_path).stdout.split() == ["True", "0", "True"]
     assert program(LEFT, tmp_path).stdout.split() == ["True", "0", "False"]

@@ -44,6 +44,8 @@ def test_reading_does_nothing_but_read(told, kind):
     assert not told[kind]["ran"]
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize("kind", READERS)
 def test_what_is_no_good_file_is_refused_by_name(told, kind):
     n_harmful = len([*harmful(Path("mark"))])
@@ -73,6 +75,8 @@ def test_bombs_are_refused_before_they_take_memory_or_time():
         assert grown < 256.0, (name, grown)
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize("kind", NAMED)
 @pytest.mark.parametrize("entry", ENTRIES)
 def test_code_that_a_file_names_is_not_even_looked_for(told, entry, kind):
@@ -80,6 +84,8 @@ def test_code_that_a_file_names_is_not_even_looked_for(told, entry, kind):
     assert not touched["ran"] and touched["found"] == [], touched
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_code_that_a_users_own_call_names_is_run(told):
     assert told["gym.make"]["ran"] and told["gym.make"]["found"]
 
