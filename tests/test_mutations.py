@@ -91,6 +91,8 @@ def test_equivalents_are_terms_that_are_still_there(name):
     assert {equivalent.source for equivalent in EQUIVALENTS} <= set(SOURCES)
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_wrong_sign_in_a_copy_is_noticed_and_the_checkout_stays_as_it_was():
     before = {path: path.read_bytes() for path in PACKAGE.rglob("*.py")}
     copy, ball = PackageCopy(), "systems/rolling_ball/dynamics"
@@ -200,6 +202,8 @@ def test_a_sample_is_the_same_whatever_stands_around_it():
     assert drawn != sampled(changes, 5, 1)
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize("room", ROOMS)
 def test_bugs_that_are_argued_away_are_still_in_the_library(room):
     keys = {change.key for change in all_changes(room)}

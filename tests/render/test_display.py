@@ -152,6 +152,8 @@ def _picture(queue):
     queue.put(played(PARK).render())
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 def test_other_processes_render_the_same_picture(method):
     expected = played(PARK).render()  # before the fork: the child has a renderer already
@@ -192,6 +194,8 @@ def in_a_new_process(code):
 RENDERERS = ("panda3d", "pygame", "PIL", "moviepy", "matplotlib")
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_no_renderer_is_imported_before_the_first_picture():
     in_a_new_process(f"""
 import sys, gymnasium as gym, rigid_envs
@@ -204,6 +208,8 @@ assert "panda3d" in sys.modules and "pygame" not in sys.modules
 """)
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_missing_package_is_named_with_the_command_that_installs_it():
     in_a_new_process(f"""
 import sys

@@ -274,11 +274,11 @@ def test_every_form_of_the_registered_task_is_ranked(env_id, make):
 
 
 def test_rewards_of_a_wrapper_count_in_the_return_and_not_in_the_cost():
-    actions = load("Detumble").predict
+    actions = load("SleepingTop").predict
     model = from_function(lambda seen: actions(seen)[0])
-    plain = evaluate(DETUMBLE, model, n=N, config={"frame": "reduced"})
-    env = NormalizeReward(gym.make(DETUMBLE, frame="reduced"))
-    found = evaluate(DETUMBLE, model, n=N, env=env)
+    plain = evaluate(TOP, model, n=N, config={"frame": "reduced"})
+    env = NormalizeReward(gym.make(TOP, frame="reduced"))
+    found = evaluate(TOP, model, n=N, env=env)
     assert found.unranked is None and found.efficiency == plain.efficiency
     np.testing.assert_array_equal(found.costs, plain.costs)
     assert (found.values["return"] != plain.values["return"]).all()
