@@ -236,7 +236,7 @@ def write_figures(
         replay = motion_of(entry.name)
         if replay is not None:
             shown = [(replay, k) for k in range(len(replay.episodes))]
-            write_html(folder / f"{entry.name}.html", shown)
+            write_html(folder / f"{entry.name}.html", shown, entry.title)
         drawn.append(made)
     _write_data(folder, where, drawn, ("png", "svg"))
     return drawn

@@ -349,9 +349,9 @@ def unpacked(blob, place):
     return np.frombuffer(block, f"<{kind}", count, offset)
 
 
-def shown(*replays):
+def shown(*replays, title=""):
     """What a page of the first episode of each is given to show."""
-    text = html([(replay, 0) for replay in replays])
+    text = html([(replay, 0) for replay in replays], title)
     (document,) = re.findall(r'id="replay">(.*)</script>', text)
     return json.loads(document)
 
@@ -472,6 +472,21 @@ def test_a_page_says_what_it_shows_and_what_is_equal_once(ball, body):
         values = replay.episodes[0].parameters.items()
         assert text == f"{', '.join(f'{k} = {x:.6g}' for k, x in values)} ({replay.env_id})"
     assert f"numpy {np.__version__}" in dict(alone["facts"])["made with"]
+
+
+def test_a_page_with_a_title_is_of_the_motion_and_not_of_the_task(ball, body):
+    for replay in (ball, body):
+        (episode,) = replay.episodes
+        won = replace(episode, success=np.full(len(episode), True))
+        page = shown(replace(replay, episodes=(won,)), title="How it moves")
+        assert page["title"] == "How it moves" and page["subtitle"] == ""
+        assert page["episodes"][0]["result"] == f"{episode.times[-1]:.3g} s"
+        said = json.dumps({**page, "blob": ""}).replace('"success": false', "")
+        summary = str(type(replay.task).__doc__).splitlines()[0]
+        for word in ("reward", "return", "cost", "success", "goal", summary, replay.env_id):
+            assert word not in said
+        keys = {plot["key"] for plot in page["plots"]}
+        assert ("action" in keys) == is_driven(episode) and {"omega", "tilt"} <= keys
 
 
 def test_too_many_and_unknown_episodes_are_refused():

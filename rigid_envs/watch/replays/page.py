@@ -21,7 +21,7 @@ from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.meshes import Mesh
 from rigid_envs.watch.replays.replay import PastEpisode, Replay, moments
-from rigid_envs.watch.views import Panel, Pose, Scene, SceneFrame, View, view_class, view_of
+from rigid_envs.watch.views import Panel, Pose, Scene, SceneFrame, View, view_class
 
 # Curves that are plotted beside the motion: rates, tilt, errors of what is conserved, reward.
 
@@ -303,12 +303,14 @@ _BUDGETS = (2400, 1200, 600, 1)  # moments of an episode; fewer where the file w
 _MARK = "/* replay */"
 
 
-def write_html(path: str | Path, episodes: Sequence[tuple[Replay, int]]) -> Path:
+def write_html(path: str | Path, episodes: Sequence[tuple[Replay, int]], title: str = "") -> Path:
     """Write a page that shows episodes side by side.
 
     Args:
         path: The file, atomically replaced; missing folders are made.
         episodes: Replays, each with the index of one of its episodes.
+        title: Of a page about motions of systems, which says nothing of tasks, rewards and costs.
+            Empty for a page about tasks.
 
     Returns:
         The path that was written.
@@ -317,13 +319,13 @@ def write_html(path: str | Path, episodes: Sequence[tuple[Replay, int]]) -> Path
         ValueError: No episode, too many, an index that does not exist, or more than fits a page.
     """
     file = Path(path)
-    text = html(episodes)
+    text = html(episodes, title)
     file.parent.mkdir(parents=True, exist_ok=True)
     write_atomic(file, text)
     return file
 
 
-def html(episodes: Sequence[tuple[Replay, int]]) -> str:
+def html(episodes: Sequence[tuple[Replay, int]], title: str = "") -> str:
     """The page of `write_html`, as text."""
     if not 1 <= len(episodes) <= MOST_EPISODES:
         raise ValueError(f"{len(episodes)} episodes; expected 1 to {MOST_EPISODES} in a page")
@@ -333,7 +335,7 @@ def html(episodes: Sequence[tuple[Replay, int]]) -> str:
     template = resources.files("rigid_envs.watch.replays").joinpath("viewer/viewer.html")
     head, tail = template.read_text().split(_MARK)
     for budget in _BUDGETS:
-        document = json.dumps(_payload(episodes, budget), allow_nan=False)
+        document = json.dumps(_payload(episodes, budget, title), allow_nan=False)
         page = head + document.replace("<", "\\u003c") + tail  # no text can end the element
         if len(page.encode()) < MOST_BYTES:
             return page
@@ -343,7 +345,7 @@ def html(episodes: Sequence[tuple[Replay, int]]) -> str:
     )
 
 
-def _payload(episodes: Sequence[tuple[Replay, int]], budget: int) -> dict[str, Any]:
+def _payload(episodes: Sequence[tuple[Replay, int]], budget: int, title: str) -> dict[str, Any]:
     """All that the page shows, as JSON values."""
     packer = Packer()
     shown = [(replay, replay.episodes[k]) for replay, k in episodes]
@@ -351,46 +353,55 @@ def _payload(episodes: Sequence[tuple[Replay, int]], budget: int) -> dict[str, A
     labels = _labels([episode for _, episode in shown])
     parts: list[dict[str, Any]] = []
     for label, (replay, episode) in zip(labels, shown, strict=True):
-        view = view_of(replay.task, episode.parameters)
+        owner = replay.task.system_type if title else type(replay.task)
+        view = view_class(owner)(replay.task, episode.parameters)
         path = moments(replay.task, episode, budget)
-        parts.append({"label": label, **_episode(packer, replay.task, episode, view, path, driven)})
+        words = _words(replay.task, episode, view, title)
+        parts.append({"label": label, **words, **_stages(packer, episode, view, path, driven)})
     ids = list(dict.fromkeys(replay.env_id for replay, _ in shown))
-    first = shown[0][0]
-    summary = (type(first.task).__doc__ or "").strip().splitlines()
+    summary = (type(shown[0][0].task).__doc__ or "").strip().splitlines()
+    alone = summary and len(ids) == 1 and not title
     return {
-        "title": " and ".join(env_id.rpartition("/")[2] for env_id in ids),
-        "subtitle": summary[0].replace("`", "") if summary and len(ids) == 1 else "",
-        "facts": _facts(labels, shown),
-        "plots": _plots(packer, [curves(r.task, e, driven) for r, e in shown], shown),
+        "title": title or " and ".join(env_id.rpartition("/")[2] for env_id in ids),
+        "subtitle": summary[0].replace("`", "") if alone else "",
+        "facts": _facts(labels, shown, title),
+        "plots": _plots(packer, [_curves(*each, driven, title) for each in shown], shown),
         "episodes": parts,
         "meshes": packer.meshes,
         "blob": packer.blob(),
     }
 
 
-def _episode(
-    packer: Packer,
-    task: Task,
-    episode: PastEpisode,
-    view: View,
-    path: Sequence[Moment],
-    driven: bool,
-) -> dict[str, Any]:
-    """An episode: its motion, and what is shown beside it."""
+def _words(task: Task, episode: PastEpisode, view: View, title: str) -> dict[str, Any]:
+    """What is said beside the motion at the end and at every step; of a task only without title."""
     steps = [episode.moment(k, task) for k in range(len(episode) + 1)]
+    won = bool(len(episode) and episode.success[-1]) and not title
+    result = f"{float(np.sum(episode.rewards)):.4g} return, {len(episode)} steps"
+    text = [view.frame(moment).text for moment in steps]
+    if title:
+        result = f"{episode.times[-1]:.3g} s"
+        text = [(f"time {moment.time:.1f} s", *view.readings(moment)) for moment in steps]
+    return {"result": f"success, {result}" if won else result, "success": won, "text": text}
+
+
+def _stages(
+    packer: Packer, episode: PastEpisode, view: View, path: Sequence[Moment], driven: bool
+) -> dict[str, Any]:
+    """The motion of an episode, and what is shown beside it."""
     times = np.array([moment.time for moment in path])
     motion = Panel("Motion", view.scene, [view.frame(moment) for moment in path], times)
-    beside = insets(task.system(episode.parameters), path, driven)
-    won = bool(len(episode) and episode.success[-1])
-    result = f"{float(np.sum(episode.rewards)):.4g} return, {len(episode)} steps"
+    beside = insets(view.system, path, driven)
     return {
-        "result": f"success, {result}" if won else result,
-        "success": won,
         "times": packer.array(episode.times, "f8"),
-        "text": [list(view.frame(moment).text) for moment in steps],
         "stage": packer.stage(motion),
         "insets": [{"title": panel.title, "stage": packer.stage(panel)} for panel in beside],
     }
+
+
+def _curves(replay: Replay, episode: PastEpisode, driven: bool, title: str) -> list[Curve]:
+    """The curves of an episode, under a title without those of the task."""
+    hidden = ("reward", "cost", "" if driven else "action") if title else ()
+    return [each for each in curves(replay.task, episode, driven) if each.key not in hidden]
 
 
 def _plots(
@@ -435,13 +446,14 @@ def _labels(episodes: Sequence[PastEpisode]) -> list[str]:
 
 
 def _facts(
-    labels: Sequence[str], shown: Sequence[tuple[Replay, PastEpisode]]
+    labels: Sequence[str], shown: Sequence[tuple[Replay, PastEpisode]], title: str
 ) -> list[tuple[str, str]]:
     """What the page says about its episodes and their origin; what is equal, once."""
     facts: dict[tuple[str, str], list[str]] = {}
     for label, (replay, episode) in zip(labels, shown, strict=True):
         values = ", ".join(f"{name} = {value:.6g}" for name, value in episode.parameters.items())
-        facts.setdefault(("parameters", f"{values} ({replay.env_id})"), []).append(label)
+        whose = "" if title else f" ({replay.env_id})"
+        facts.setdefault(("parameters", values + whose), []).append(label)
         facts.setdefault(("made with", _origin(replay)), []).append(label)
     result = []
     for (name, text), owners in facts.items():
