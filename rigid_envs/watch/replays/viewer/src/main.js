@@ -52,6 +52,7 @@ async function begin() {
   window.addEventListener("resize", layout);
   layout();
   clock.seek(0);
+  if (location.hash === "#play") clock.play(); // as a page asks for that shows it in a frame
   let last = performance.now();
   const tick = (now) => {
     clock.advance(Math.min(now - last, 400) / 1000); // after a pause it does not jump
