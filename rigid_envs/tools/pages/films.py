@@ -29,6 +29,7 @@ from rigid_envs.watch.films import (
     write_film,
 )
 from rigid_envs.watch.pictures import pillow, tiled, write
+from rigid_envs.watch.replays.replay import PastEpisode, Replay
 
 # Short film of every environment for its page: `rigid-envs films`.
 #
@@ -126,9 +127,7 @@ def write_films(
     folder.mkdir(parents=True, exist_ok=True)
     films = _read(folder)
     for env_id in ids:
-        shot = _SHOTS.get(Path(film_of(env_id)).stem, Shot())
-        seeds = [evaluation_seeds(start + 1)[start] for start in shot.starts]
-        played = [_played(env_id, *each) for each in zip(shot.players, seeds, strict=True)]
+        shot, seeds, played = _played(env_id)
         file = folder / film_of(env_id)
         write_film(file, _pictures(shot, played), _FPS, MAX_BYTES)
         films[env_id] = {
@@ -145,6 +144,19 @@ def write_films(
     write_film(folder / SHEET, [_sheet(folder / films[env_id]["file"] for env_id in ordered)], 1.0)
 
 
+def filmed(env_id: str) -> list[Replay]:
+    """The episodes that a film shows, from left to right, each labelled as in the film.
+
+    Args:
+        env_id: Gymnasium's id.
+    """
+    _, _, played = _played(env_id)
+    return [
+        Replay(env_id, each.task, (episode,))
+        for each, episode in zip(played, _labelled(played), strict=True)
+    ]
+
+
 def stale_films(folder: Path, ids: Iterable[str]) -> dict[str, str]:
     """Ids whose film is missing, changed, or older than what pictures are made from; and why."""
     films, found = _read(folder), {}
@@ -159,22 +171,26 @@ def stale_films(folder: Path, ids: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def _played(env_id: str, player: str, seed: int) -> Played:
-    """An episode of a player from a start."""
-    source = load(env_id) if player == "trained" else player
-    policy = policy_of(env_id, source)
-    return play_episode(policy, env_id, seed, getattr(source, "env_kwargs", None), policy.name)
+def _played(env_id: str) -> tuple[Shot, list[int], list[Played]]:
+    """How an id is filmed; of its players, the seeds of their starts and what they did."""
+    shot = _SHOTS.get(Path(film_of(env_id)).stem, Shot())
+    seeds = [evaluation_seeds(start + 1)[start] for start in shot.starts]
+    played = []
+    for player, seed in zip(shot.players, seeds, strict=True):
+        source = load(env_id) if player == "trained" else player
+        policy, config = policy_of(env_id, source), getattr(source, "env_kwargs", None)
+        played.append(play_episode(policy, env_id, seed, config, policy.name))
+    return shot, seeds, played
 
 
 def _pictures(shot: Shot, played: Sequence[Played]) -> list[Image]:
     """Pictures of a film: as slow or fast as one can follow, and the end for a second."""
-    task, parameters = played[0].task, [each.episode.parameters for each in played]
-    differ = [name for name in parameters[0] if len({each[name] for each in parameters}) > 1][:3]
+    task = played[0].task
     duration = min(shot.until, task.dt * max(len(each.episode) for each in played))
     speed = next((speed for speed in _SPEEDS if duration <= speed * _LONGEST), _SPEEDS[-1])
     width = WIDTH // len(played)
     look = Look(width, HEIGHT - _TITLE - strip_height(width), shot.camera or {}, text=False)
-    episodes = [(task, replace(each.episode, label=_label(each, differ))) for each in played]
+    episodes = [(task, episode) for episode in _labelled(played)]
     shown = episode_pictures(episodes, look, fps=_FPS, speed=speed, hold=0.0)
     times = "" if speed == 1.0 else f"{speed:g} x "
     pace = f"{'slow motion, ' if speed < 1.0 else ''}{times}real time"
@@ -185,6 +201,13 @@ def _pictures(shot: Shot, played: Sequence[Played]) -> list[Image]:
         write(page[_TITLE // 2 :], [summary_of(type(task)).removesuffix(".")], 12)
         found.append(page)
     return [*found, *found[-1:] * round(_FPS)]
+
+
+def _labelled(played: Sequence[Played]) -> list[PastEpisode]:
+    """The episodes, each with what stands above its picture."""
+    parameters = [each.episode.parameters for each in played]
+    differ = [name for name in parameters[0] if len({each[name] for each in parameters}) > 1][:3]
+    return [replace(each.episode, label=_label(each, differ)) for each in played]
 
 
 def _label(played: Played, differ: Iterable[str]) -> str:
