@@ -5,6 +5,7 @@ Pages stay readable where they are, in the repository; what only a site needs is
 
 import re
 import sys
+import warnings
 from pathlib import Path
 from typing import Any, get_args, get_origin
 
@@ -14,9 +15,12 @@ from sphinx.application import Sphinx
 from sphinx.config import Config
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent))
+sys.path[:0] = [str(HERE), str(HERE.parent)]
+
+import site_pages  # noqa: E402
 
 import rigid_envs  # noqa: E402
+from rigid_envs.tools.motions import MOTIONS  # noqa: E402
 
 project = "rigid-envs"
 author = project_copyright = "rigid-envs contributors"
@@ -30,14 +34,19 @@ extensions = [
     "sphinx_copybutton",
     "sphinx-mathjax-offline",
 ]
-exclude_patterns = ["_build", "conf.py"]
+exclude_patterns = ["_build", "*.py"]
 suppress_warnings = [
     "config.cache",  # a function among the settings
     "sphinx_autodoc_typehints.forward_reference",  # a field that a subclass in another module has
 ]
 
+# Packages of others that use what Sphinx will remove; of all else its warnings are seen.
+for module in ("myst_parser", r"sphinx\.ext\.napoleon", "sphinx_autodoc_typehints"):
+    for category in (DeprecationWarning, PendingDeprecationWarning):
+        warnings.filterwarnings("ignore", category=category, module=module)
+
 # Pages
-myst_enable_extensions = ["amsmath", "dollarmath"]
+myst_enable_extensions = ["amsmath", "dollarmath", "html_image"]
 myst_heading_anchors = 4  # links to headings, as on GitHub
 
 # Tutorials: scripts with cells, executed again after a change of the script
@@ -70,7 +79,10 @@ def typehints_formatter(annotation: Any, config: Config) -> str | None:
 html_theme = "furo"
 html_title = f"rigid-envs {version}"
 html_static_path = ["_static"]
+html_scaled_image_link = False  # a picture with a width leads where its page says
+html_favicon = "_static/icon.svg"
 html_css_files = ["site.css"]
+html_js_files = [("site.js", {"defer": "defer"})]
 html_theme_options = {
     "navigation_with_keys": True,
     "source_repository": "https://github.com/rigid-envs/rigid-envs/",
@@ -107,11 +119,20 @@ def _escaped(line: str) -> str:
 
 
 def for_the_site(app: Sphinx, name: str, text: list[str]) -> None:
-    """Give anchors their MyST form, and the index of the environments the list of its pages."""
+    """Give anchors their MyST form, what moves its replay, and environments their cards."""
     text[0] = re.sub(r'^<a id="(\w+)"></a>$', r"(\1)=", text[0], flags=re.MULTILINE)
     if name == "environments/README":
-        names = re.findall(r"^\| \[`.*?\((\w+)\.md\)", text[0], re.MULTILINE)
-        text[0] += "\n".join(["\n```{toctree}", ":hidden:\n", *names, "```\n"])
+        pages = site_pages.names(text[0])
+        text[0] = site_pages.with_cards(text[0])
+        text[0] += "\n".join(["\n```{toctree}", ":hidden:\n", *pages, "```\n"])
+    elif name.startswith("environments/"):
+        text[0] = site_pages.with_replays(text[0], r"films/(\w+)\.webp", "../_static")
+    elif name.startswith("reference/systems/"):
+        films = r"../../environments/films/(\w+)\.webp"
+        text[0] = site_pages.with_replays(text[0], films, "../../_static")
+    elif name == "gallery":
+        moving = rf"gallery/({'|'.join(MOTIONS)})\.png"
+        text[0] = site_pages.with_replays(text[0], moving, "_static")
 
 
 def setup(app: Sphinx) -> None:
