@@ -134,7 +134,8 @@ export class Stage {
     const foot = shape.object.position.clone().project(this.camera);
     const size = Math.hypot((seen.x - foot.x) * width, (seen.y - foot.y) * height) / 2;
     label.hidden = size < SHORTEST;
-    const x = Math.min(Math.max((0.5 + 0.5 * seen.x) * width, 12), width - 12);
+    const room = 6 + 8 * label.textContent.length; // pixels, of the letters to the right
+    const x = Math.min(Math.max((0.5 + 0.5 * seen.x) * width, 12), width - 6 - room);
     const y = Math.min(Math.max((0.5 - 0.5 * seen.y) * height, 12), height - 12);
     label.style.transform = `translate(${x + 5}px, ${y - 18}px)`;
   }
