@@ -11,6 +11,7 @@ from typing import Any, get_args, get_origin
 
 import numpy as np
 import numpy.typing as npt
+from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.config import Config
 
@@ -20,7 +21,6 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 import site_pages  # noqa: E402
 
 import rigid_envs  # noqa: E402
-from rigid_envs.tools.motions import MOTIONS  # noqa: E402
 
 project = "rigid-envs"
 author = project_copyright = "rigid-envs contributors"
@@ -125,17 +125,20 @@ def for_the_site(app: Sphinx, name: str, text: list[str]) -> None:
         pages = site_pages.names(text[0])
         text[0] = site_pages.with_cards(text[0])
         text[0] += "\n".join(["\n```{toctree}", ":hidden:\n", *pages, "```\n"])
-    elif name.startswith("environments/"):
-        text[0] = site_pages.with_replays(text[0], r"films/(\w+)\.webp", "../_static")
-    elif name.startswith("reference/systems/"):
-        films = r"../../environments/films/(\w+)\.webp"
-        text[0] = site_pages.with_replays(text[0], films, "../../_static")
-    elif name == "gallery":
-        moving = rf"gallery/({'|'.join(MOTIONS)})\.png"
-        text[0] = site_pages.with_replays(text[0], moving, "_static")
+    text[0] = site_pages.with_replays(text[0], "../" * name.count("/") + "_static")
+
+
+def sized(
+    app: Sphinx, name: str, template: str, context: dict[str, Any], doctree: nodes.document | None
+) -> None:
+    """Give pictures their sizes."""
+    if doctree:
+        paths = {name: Path(app.srcdir, path) for path, name in app.builder.images.items()}
+        context["body"] = site_pages.with_sizes(context["body"], paths)
 
 
 def setup(app: Sphinx) -> None:
-    """Connect both, the first before Napoleon adds markup of its own."""
+    """Connect all three, the first before Napoleon adds markup of its own."""
     app.connect("autodoc-process-docstring", as_plain_text, priority=400)
     app.connect("source-read", for_the_site)
+    app.connect("html-page-context", sized)

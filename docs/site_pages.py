@@ -4,6 +4,12 @@ Both are HTML around Markdown, so that Sphinx finds the pictures and the links.
 """
 
 import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import imagesize
+
+from rigid_envs.tools.motions import MOTIONS
 
 _FIGURE = """<figure class="moving">
 
@@ -14,21 +20,38 @@ _FIGURE = """<figure class="moving">
 <a href="{replay}">full page</a>
 </figcaption>
 </figure>"""
+_FILES = rf"films/([A-Z]\w+)\.webp|gallery/({'|'.join(MOTIONS)})\.png"
+_PICTURE = re.compile(rf"^!\[.*\]\([./\w]*(?:{_FILES})\)$", re.MULTILINE)
 
 
-def with_replays(text: str, pictures: str, static: str) -> str:
-    """A page with a button below each picture that moves, which puts a replay in its place.
+def with_replays(text: str, static: str) -> str:
+    """A page with a button below each picture of a motion, which puts a replay in its place.
 
     Args:
         text: Markdown.
-        pictures: pattern of their files, whose group is the name of the replay.
         static: the way from the page to the folder of what is static.
     """
 
     def figure(found: re.Match[str]) -> str:
-        return _FIGURE.format(picture=found[0], replay=f"{static}/replays/{found[1]}.html")
+        replay = f"{static}/replays/{found[1] or found[2]}.html"
+        return _FIGURE.format(picture=found[0], replay=replay)
 
-    return re.sub(rf"^!\[.*\]\({pictures}\)$", figure, text, flags=re.MULTILINE)
+    return _PICTURE.sub(figure, text)
+
+
+def with_sizes(body: str, pictures: Mapping[str, Path]) -> str:
+    """A page whose pictures take their place before they are fetched, so that no text moves.
+
+    Args:
+        body: HTML.
+        pictures: their files, by name.
+    """
+
+    def sized(found: re.Match[str]) -> str:
+        width, height = imagesize.get(pictures[found[1]])
+        return f'{found[0]} width="{width}" height="{height}"'
+
+    return re.sub(r'src="[./]*_images/([^"]+)"', sized, body)
 
 
 _FILTERS = """<form class="filters" autocomplete="off" hidden>
