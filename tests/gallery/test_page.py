@@ -20,7 +20,6 @@ from rigid_envs.tools.pages.films import (
     MAX_BYTES,
     SHEET,
     WIDTH,
-    filmed,
     sources_hash,
     stale_films,
     with_table,
@@ -173,17 +172,6 @@ def test_in_every_film_somebody_succeeds_and_only_who_does_not_act_fails():
         assert "no success" not in shows[-1]
         if env_id.endswith("Random-v0"):
             assert len(shows) > 1
-
-
-def test_episodes_of_a_film_are_labelled_as_there():
-    films = json.loads((FILMS / "films.json").read_text())["films"]
-    labels = {
-        name: [replay.episodes[0].label for replay in filmed(f"RigidEnvs/{name}-v0")]
-        for name in ("BallPark", "BallPlate", "BallParkRandom")
-    }
-    assert labels["BallPark"] == films["RigidEnvs/BallPark-v0"]["shows"]
-    assert labels["BallPlate"] == ["uncontrolled", films["RigidEnvs/BallPlate-v0"]["shows"][1]]
-    assert all(re.fullmatch(r"radius [\d.]+", label) for label in labels["BallParkRandom"])
 
 
 def test_a_missing_a_changed_and_an_old_film_are_noticed(tmp_path, capsys):

