@@ -19,13 +19,15 @@ from rigid_envs.tasks.registry import ENVIRONMENTS, EnvironmentRecord, add
 from rigid_envs.tasks.registry import load as load_object
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
     from pathlib import Path
 
+    from rigid_envs.scores.comparison import Comparison
     from rigid_envs.scores.references import Reference
     from rigid_envs.scores.result import Evaluation
     from rigid_envs.scores.trained import CompiledPolicy
 
-__all__ = ["ENVIRONMENTS", "__version__", "evaluate", "load", "reference", "register"]
+__all__ = ["ENVIRONMENTS", "__version__", "compare", "evaluate", "load", "reference", "register"]
 
 __version__ = "0.1.0"
 
@@ -82,9 +84,24 @@ def evaluate(env_id: str, policy: Any, **options: Any) -> Evaluation:
             controller.
         **options: ``n``, ``seed``, ``config``, ``env``, ``name``: see `rigid_envs.scores.evaluate`.
     """
-    found: Evaluation = importlib.import_module("rigid_envs.scores").evaluate(
-        env_id, policy, **options
-    )
+    scores = importlib.import_module("rigid_envs.scores")
+    found: Evaluation = scores.evaluate(env_id, policy, **options)
+    return found
+
+
+def compare(env_id: str, policies: Mapping[str, Any], **options: Any) -> Comparison:
+    """Play several policies from the same 500 starts, and compare them in pairs.
+
+    ``print(result)`` is a table, ``result.latex()`` one for LaTeX, and
+    ``result.figure("NAME.pdf")`` a figure of profiles and means.
+
+    Args:
+        env_id: Gymnasium's id.
+        policies: By name, each as `evaluate` takes it, or what `evaluate` gave of it.
+        **options: ``n``, ``seed``, ``config``: see `rigid_envs.scores.compare`.
+    """
+    scores = importlib.import_module("rigid_envs.scores")
+    found: Comparison = scores.compare(env_id, policies, **options)
     return found
 
 
@@ -120,9 +137,8 @@ def reference(env_id: str, name: str | None = None, **settings: Any) -> Referenc
         ConfigError: An unknown id, name or setting, or a setting that hides what the controller
             needs; names it.
     """
-    found: Reference = importlib.import_module("rigid_envs.scores.references").reference(
-        env_id, name, **settings
-    )
+    references = importlib.import_module("rigid_envs.scores.references")
+    found: Reference = references.reference(env_id, name, **settings)
     return found
 
 

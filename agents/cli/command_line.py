@@ -38,5 +38,5 @@ def _parser() -> argparse.ArgumentParser:
         "Train, evaluate and watch agents. Without arguments: train on BallPark with "
         "PPO for 1.5 M steps, evaluate on 500 unseen starts, and say where everything was written.",
         *(verbs.train, verbs.evaluate, leaderboard_, verbs.enjoy),
-        *(verbs.benchmark, verbs.search, verbs.baselines, verbs.publish),
+        *(verbs.benchmark, verbs.search, verbs.baselines, verbs.curves, verbs.publish),
     )

@@ -481,3 +481,18 @@ def baselines(options: argparse.Namespace) -> None:
 
     page = write_baselines(options.folder)
     print(f"written: {page}, and figures in {options.folder}")
+
+
+@verb(
+    option("runs", nargs="+", type=Path, metavar="RUN"),
+    option("--out", type=Path, default="curves.png", metavar="FILE", help="(%(default)s)"),
+)
+def curves(options: argparse.Namespace) -> None:
+    """Learning curves of several runs in one figure.
+
+    Draw the rates of success on held-out starts against steps (.pdf, .svg, .png). Runs that differ
+    in their seed alone are one curve, the mean of all with its bootstrap interval.
+    """
+    from ..evaluation.reports import draw_runs
+
+    print(f"written: {draw_runs([find_run(path) for path in options.runs], options.out)}")

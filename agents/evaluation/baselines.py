@@ -6,24 +6,23 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from rigid_envs.base.checks import Array, ConfigError
+from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import in_markdown, in_plot, markdown_table, write_atomic
 from rigid_envs.envs.lookup import families, task_of
 from rigid_envs.scores import statistics
-from rigid_envs.scores.leaderboard import INK, MUTED, dress, file_of, look
+from rigid_envs.scores.comparison import Drawn, draw_intervals, draw_profiles
+from rigid_envs.scores.leaderboard import INK, MUTED, file_of, look, new_figure
 from rigid_envs.scores.records import Record, read_records
 from rigid_envs.scores.result import Evaluation, interval
 from rigid_envs.scores.starts import cost_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
-from .reports import short_number
+from .reports import draw_curves
 
 # The page of the baselines: all records below a folder as tables, and the figures beside them.
 
@@ -228,8 +227,8 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 # Figures of the baselines: learning curves, aggregates, profiles, probabilities of improvement.
 
 _COLUMNS = 4
-_LONG_AXIS = 100.0  # times as many steps at its end as at its beginning
-_RESAMPLES = 500  # of bands, whose ends are seen to a hundredth or so
+_DPI = 110
+_RESAMPLES = 500  # of intervals, whose ends are seen to a hundredth or so
 
 
 def write_baselines(folder: Path) -> Path:
@@ -271,15 +270,11 @@ def _curves_of(family: str) -> str:
     return f"curves_{family.lower().replace(' ', '_')}"
 
 
-def _new(width: float, height: float) -> Figure:
-    return Figure(figsize=(width, height), dpi=110, layout="constrained", facecolor="white")
-
-
 def _draw_curves(groups: Grouped, ids: Sequence[str]) -> Figure:
     """Success on held-out starts against steps, a panel for each id."""
     columns = min(_COLUMNS, len(ids))
     rows = -(-len(ids) // columns)
-    figure = _new(2.75 * columns, 0.5 + 2.2 * rows)
+    figure = new_figure(2.75 * columns, 0.5 + 2.2 * rows, _DPI)
     panels = figure.subplots(rows, columns, squeeze=False).ravel()
     for panel, env_id in zip(panels, ids, strict=False):
         _draw_panel(panel, groups, env_id)
@@ -294,58 +289,23 @@ def _draw_curves(groups: Grouped, ids: Sequence[str]) -> Figure:
 
 
 def _draw_panel(axes: Axes, groups: Grouped, env_id: str) -> None:
-    for name, records in policies_of(groups, env_id).items():
-        steps, rates = _curves(records)
-        style = {"color": _colour(groups, name), "lw": 1.5}
-        _draw_band(axes, steps, lambda runs: runs[0].mean(axis=0), [rates], style)
+    curves = {
+        name: [(record.curve["timesteps"], record.curve["success_rate"]) for record in records]
+        for name, records in policies_of(groups, env_id).items()
+    }
+    draw_curves(axes, curves, [_colour(groups, name) for name in curves])
     axes.axhline(100 * SOLVED, color=MUTED, lw=0.6, ls=":")
     axes.set_title(env_id.rpartition("/")[2].removesuffix("-v0"), loc="left", fontsize=9, color=INK)
-    axes.set_ylim(-3, 103)
-    axes.set_xscale("log")
-    dress(axes, "")
     axes.tick_params(which="both", labelsize=7, length=0)
-    # With fewer, a short axis holds one of them alone, and the locator marks it at equal distances;
-    # with more, those of a long axis overlap.
-    first, last = axes.get_xlim()
-    marks = (1.0, 2.0, 4.0) if last < _LONG_AXIS * first else (1.0, 3.0)
-    axes.xaxis.set_major_locator(LogLocator(subs=marks))
-    axes.xaxis.set_major_formatter(FuncFormatter(short_number))
-    axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.0f} %"))
-
-
-def _curves(records: Sequence[Record]) -> tuple[Array, Array]:
-    """Steps (k,) and rates of success (number of seeds, k), as far as all seeds have come."""
-    curves = [record.curve for record in records]
-    steps = np.unique(np.concatenate([curve["timesteps"] for curve in curves])).astype(np.float64)
-    steps = steps[steps <= min(max(curve["timesteps"]) for curve in curves)]
-    each = [np.interp(steps, curve["timesteps"], curve["success_rate"]) for curve in curves]
-    return steps, np.array(each)
-
-
-def _draw_band(
-    axes: Axes, at: Array, curve: Callable[..., Array], runs: Sequence[Any], style: dict[str, Any]
-) -> None:
-    """A curve [%] over the seeds of each id, with its interval where there are several."""
-    if all(len(each) > 1 for each in runs):
-        low, high = statistics.stratified_band(curve, runs, n_resamples=_RESAMPLES)
-        axes.fill_between(at, 100 * low, 100 * high, color=style["color"], alpha=0.2, lw=0)
-    axes.plot(at, 100 * curve(runs), **style)
 
 
 def _draw_profiles(groups: Grouped) -> Figure:
     """Share of trainings above each efficiency."""
-    figure = _new(7.0, 4.2)
+    figure = new_figure(7.0, 4.2, _DPI)
     axes = figure.subplots()
-    at = np.linspace(0.0, 1.0, 101)
-    for name in groups:
-        style = {"color": _colour(groups, name), "lw": 1.8, "label": _with_count(groups, name)}
-        profile = partial(statistics.performance_profile, thresholds=at)
-        _draw_band(axes, at, profile, results_of(groups, name), style)
-    dress(axes, "share of trainings above it")
-    axes.set_xlabel("efficiency", color=MUTED)
-    axes.set_ylim(-3, 103)
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.0f} %"))
+    runs = {_with_count(groups, name): results_of(groups, name) for name in groups}
+    colours = [_colour(groups, name) for name in groups]
+    draw_profiles(axes, runs, colours, "efficiency", "trainings")
     axes.legend(loc="lower left", frameon=False, fontsize=9, labelcolor=MUTED)
     return figure
 
@@ -358,7 +318,7 @@ def _draw_aggregates(groups: Grouped) -> Figure:
             statistics.interquartile_mean, results_of(groups, name), n_resamples=_RESAMPLES
         )
     colours = [_colour(groups, name) for name in groups]
-    return _draw_intervals(rows, colours, "interquartile mean of the efficiency")
+    return _draw_rows(rows, colours, "interquartile mean of the efficiency")
 
 
 def _draw_improvement(groups: Grouped) -> Figure:
@@ -370,26 +330,14 @@ def _draw_improvement(groups: Grouped) -> Figure:
             statistics.probability_of_improvement, *runs, n_resamples=_RESAMPLES
         )
         colours.append(_colour(groups, one))
-    figure = _draw_intervals(rows, colours, "probability of improvement")
+    figure = _draw_rows(rows, colours, "probability of improvement")
     figure.axes[0].axvline(0.5, color=MUTED, lw=0.8, ls=":")
     return figure
 
 
-def _draw_intervals(
-    rows: Mapping[str, tuple[float, tuple[float, float] | None]], colours: Sequence[str], label: str
-) -> Figure:
-    """Values with their intervals where these are known, one under the other, from 0 to 1."""
-    figure = _new(7.0, 1.0 + 0.34 * len(rows))
-    axes = figure.subplots()
-    for k, ((value, ends), colour) in enumerate(zip(rows.values(), colours, strict=True)):
-        if ends is not None:
-            axes.plot(ends, [-k, -k], color=colour, lw=6, alpha=0.3, solid_capstyle="butt")
-        axes.plot([value], [-k], "o", color=colour, ms=6)
-    axes.set_yticks([-k for k in range(len(rows))], list(rows), color=INK)
-    axes.set_ylim(0.6 - len(rows), 0.6)
-    axes.set_xlim(-0.02, 1.02)
-    dress(axes, "")
-    axes.set_xlabel(label, color=MUTED)
+def _draw_rows(rows: Mapping[str, Drawn], colours: Sequence[str], label: str) -> Figure:
+    figure = new_figure(7.0, 1.0 + 0.34 * len(rows), _DPI)
+    draw_intervals(figure.subplots(), rows, colours, label)
     return figure
 
 

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from numpy.typing import NDArray
 
-from rigid_envs.base.files import file_digest, write_atomic, write_document
+from rigid_envs.base.checks import Array
+from rigid_envs.base.files import file_digest, in_plot, write_atomic, write_document
 from rigid_envs.scores import evaluation
-from rigid_envs.scores.leaderboard import INK, MUTED, dress, file_of
+from rigid_envs.scores.comparison import draw_band, save_figure
+from rigid_envs.scores.leaderboard import INK, MUTED, dress, file_of, look, new_figure
 from rigid_envs.scores.result import Evaluation, rates_of
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, Cost
 from rigid_envs.scores.statistics import wilson_interval
@@ -22,6 +23,7 @@ from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli.words import tell
 from rigid_envs.tools.pages import tables
 
+from ..config.entries import PLACES, Config, config_to_dict
 from ..environments import make
 from ..storage.logs import read_evaluations, read_rows
 from ..storage.runs import Run, manifest
@@ -177,7 +179,7 @@ def draw_learning_curve(run: Run) -> Path:
     rows = read_rows(run / "progress.csv")
     held_out = read_evaluations(run / "evaluations.npz")
     config = run.config()
-    figure = Figure(figsize=(8.0, 6.4), dpi=150, layout="constrained", facecolor="white")
+    figure = new_figure(8.0, 6.4, 150)
     top, bottom = figure.subplots(2, 1, sharex=True)
     _draw_success(top, rows, held_out)
     _draw_return(bottom, rows, held_out)
@@ -229,6 +231,82 @@ def _column(
     points = [(float(row["time/total_timesteps"]), float(row[name])) for row in rows if row[name]]
     steps, values = np.array(points).reshape(-1, 2).T
     return steps, scale * values
+
+
+# Learning curves of several trainings in one plot.
+
+Curve = tuple[Array | Sequence[float], Array | Sequence[float]]
+"""Steps, and rates of success on held-out starts, of one training, each of shape (k,)."""
+
+_LONG_AXIS = 100.0  # times as many steps at its end as at its beginning
+
+
+def draw_curves(axes: Axes, runs: Mapping[str, Sequence[Curve]], colours: Sequence[str]) -> None:
+    """Draw mean rates of success against steps, with their intervals where there are several.
+
+    Args:
+        axes: The plot.
+        runs: By name the curves of all seeds, drawn as far as all have come.
+        colours: Of the policies.
+    """
+    for (name, curves), colour in zip(runs.items(), colours, strict=True):
+        steps, rates = _together(curves)
+        style = {"color": colour, "lw": 1.5, "label": name}
+        draw_band(axes, steps, lambda drawn: drawn[0].mean(axis=0), [rates], **style)
+    axes.set_xscale("log")
+    dress(axes, "")
+    axes.tick_params(which="both", length=0)
+    # With fewer, a short axis holds one of them alone, and the locator marks it at equal distances;
+    # with more, those of a long axis overlap.
+    first, last = axes.get_xlim()
+    marks = (1.0, 2.0, 4.0) if last < _LONG_AXIS * first else (1.0, 3.0)
+    axes.xaxis.set_major_locator(LogLocator(subs=marks))
+    axes.xaxis.set_major_formatter(FuncFormatter(short_number))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+
+
+def _together(curves: Sequence[Curve]) -> tuple[Array, Array]:
+    """Steps (k,) and rates of success (number of seeds, k), as far as all seeds have come."""
+    steps = np.unique(np.concatenate([each for each, _ in curves])).astype(np.float64)
+    steps = steps[steps <= min(np.max(each) for each, _ in curves)]
+    return steps, np.array([np.interp(steps, *curve) for curve in curves])
+
+
+def draw_runs(runs: Sequence[Run], path: Path) -> Path:
+    """Draw the learning curves of runs; those that differ in their seed alone are one curve.
+
+    Args:
+        runs: Runs with `evaluations.npz`.
+        path: ``NAME.pdf``, ``NAME.svg`` or ``NAME.png``.
+
+    Raises:
+        ConfigError: Another ending.
+        FileNotFoundError: A run that has not been evaluated yet.
+    """
+    policies: dict[str, list[Curve]] = {}
+    for run, name in zip(runs, _names([run.config() for run in runs]), strict=True):
+        found = read_evaluations(run / "evaluations.npz")
+        curve = found["timesteps"], found["successes"].mean(axis=1)
+        policies.setdefault(in_plot(name), []).append(curve)
+    figure = new_figure(6.0, 3.4, 200)
+    axes = figure.subplots()
+    draw_curves(axes, policies, [look(k)[0] for k in range(len(policies))])
+    axes.set_ylabel("success, held-out starts", color=MUTED)
+    axes.set_xlabel("environment steps", color=MUTED)
+    figure.legend(loc="outside upper left", frameon=False, labelcolor=MUTED)
+    return save_figure(figure, path)
+
+
+def _names(configs: Sequence[Config]) -> list[str]:
+    """Algorithm and frame of each, and the entries in which those of the same of both differ."""
+    names = []
+    entries = [config_to_dict(config, (*PLACES, "seed")) for config in configs]
+    kinds = [f"{config.algo} {config.frame}".removesuffix(" world") for config in configs]
+    for own, kind in zip(entries, kinds, strict=True):
+        like = [each for each, other in zip(entries, kinds, strict=True) if other == kind]
+        more = [f"{key} {own[key]}" for key in own if any(each[key] != own[key] for each in like)]
+        names.append(", ".join([kind, *more]))
+    return names
 
 
 def short_number(value: float, _: object = None) -> str:

@@ -520,7 +520,7 @@ def _tensors(header: Mapping[str, Any], numbers: memoryview) -> dict[str, NDArra
     return arrays
 
 
-# Text for Markdown and for plots: tables, and what comes from a file shown letter by letter.
+# Text for Markdown, LaTeX and plots: tables, and what comes from a file shown letter by letter.
 
 
 def in_markdown(text: str) -> str:
@@ -539,6 +539,34 @@ def in_plot(text: str) -> str:
         text: One line; it may come from a file.
     """
     return text.replace("$", r"\$")
+
+
+_OF_LATEX = {sign: rf"\{sign}" for sign in "&%$#_{}"} | {sign: f"${sign}$" for sign in "<>|"}
+_OF_LATEX |= {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+
+
+def in_latex(text: str) -> str:
+    """A text in LaTeX: nothing in it is a command.
+
+    Args:
+        text: One line; it may come from a file.
+    """
+    return "".join(_OF_LATEX.get(sign, sign) for sign in text)
+
+
+def latex_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of LaTeX's package booktabs: words in the first column, numbers in the others.
+
+    Args:
+        header: Titles of the columns, plain text.
+        rows: Cells, plain text, one sequence for each row.
+    """
+    titles, *lines = (
+        re.sub(r"(?<!\w)-(?=\d)", "$-$", " & ".join(map(in_latex, row))) + r" \\"
+        for row in (header, *rows)
+    )
+    top = [f"\\begin{{tabular}}{{l{'r' * (len(header) - 1)}}}", r"\toprule"]
+    return "\n".join([*top, titles, r"\midrule", *lines, r"\bottomrule", r"\end{tabular}"])
 
 
 def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]], align: str) -> str:

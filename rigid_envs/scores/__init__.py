@@ -5,6 +5,7 @@ known cost b from its start over its own cost c. See `evaluate`.
 """
 
 from rigid_envs.scores.best import Best, best_known
+from rigid_envs.scores.comparison import Comparison, Pair, compare
 from rigid_envs.scores.evaluation import Repeat, evaluate, repeat
 from rigid_envs.scores.policies import (
     PolicyFactory,
@@ -29,12 +30,15 @@ from rigid_envs.scores.statistics import (
 __all__ = [
     "METRICS",
     "Best",
+    "Comparison",
     "Cost",
     "Estimate",
     "Evaluation",
+    "Pair",
     "PolicyFactory",
     "Repeat",
     "best_known",
+    "compare",
     "constant_zero",
     "evaluate",
     "from_controller",

@@ -109,6 +109,13 @@ def look(k: int) -> tuple[str, str]:
     return _COLOURS[colour], _MARKERS[rounds % len(_MARKERS)]
 
 
+def new_figure(width: float, height: float, dpi: int) -> Figure:
+    """An empty figure, its size in inches."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=(width, height), dpi=dpi, layout="constrained", facecolor="white")
+
+
 def dress(axes: Axes, label: str) -> None:
     """Give a plot our looks.
 
@@ -146,13 +153,9 @@ def draw(results: Sequence[Row]) -> Figure:
     Args:
         results: Ranked ones, in the order of the lines.
     """
-    from matplotlib.figure import Figure
-
     ids = list(dict.fromkeys(each.env_id for each in results))
     names = list(dict.fromkeys(map(kind_of, results)))
-    figure = Figure(
-        figsize=(8.0, 1.4 + 0.36 * len(ids)), dpi=150, layout="constrained", facecolor="white"
-    )
+    figure = new_figure(8.0, 1.4 + 0.36 * len(ids), 150)
     axes = figure.subplots()
     for k, name in enumerate(names):
         own = [each for each in results if kind_of(each) == name]

@@ -76,6 +76,9 @@ REFUSED = [
     ("evaluate Detumble --policy a.npz --dt 0.1", "expected no other option"),
     ("evaluate Detumble --policy pid", "controller = 'pid'; expected one of"),
     ("evaluate BallPark --policy nmpc --starts 1", "controller = 'nmpc'; expected one of"),
+    ("compare BallPark --policy zero --policy zero", "--policy = 'zero'; expected another name"),
+    ("compare BallPark --policy zero --out x.doc", "--out = 'x.doc'; expected names with one of"),
+    ("compare BallPark --policy zero --out no/x.tex", "--out = no/x.tex; expected a file in a fol"),
     ("leaderboard .", "expected results below it"),
     ("play CoinParc-v0", "did you mean 'RigidEnvs/CoinPark-v0'?"),
     ("play CoinPark --radus 1", "config.radus: "),
@@ -105,6 +108,7 @@ FIXED = [  # verbs that take no hyperparameters
 OPEN = [
     *(["describe", "BallPark"], ["compile", "BallPark"], ["play", "BallPark", "--help-keys"]),
     ["evaluate", "BallPark", "--policy", "zero", "--starts", "1", "--out", "new"],
+    ["compare", "BallPark", "--policy", "zero", "--starts", "1", "--out", "new.tex"],
     ["dataset", "BallPark", "--policy", "random", "--episodes", "1", "--out", "new"],
 ]
 
@@ -223,6 +227,7 @@ CLEAR = "\r\x1b[K"
 WORK = {  # of the verbs that tell progress: what does it, and what it gives; None is left to do it
     "dataset BallPark --policy zero": ("rigid_envs.tools.datasets.write", "name"),
     "evaluate BallGrid --policy zero --starts 1": None,
+    "compare BallGrid --policy zero --policy row.json --starts 1": None,
     "best BallGrid": ("rigid_envs.tools.cli.scoring._measured", best_known("BallGrid")),
     "bench --ids BallGrid": ("rigid_envs.tools.bench.bench", FIGURES),
     "verify upright_coin": (

@@ -14,9 +14,11 @@ from rigid_envs.base.checks import require
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs import lookup as catalogue
 from rigid_envs.scores import best, finding
+from rigid_envs.scores.comparison import KINDS, compare
 from rigid_envs.scores.evaluation import evaluate, recheck, repeat
 from rigid_envs.scores.leaderboard import write_leaderboard
 from rigid_envs.scores.policies import recorded
+from rigid_envs.scores.records import read_evaluation
 from rigid_envs.scores.starts import N_STARTS
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
@@ -169,6 +171,42 @@ def evaluate_(options: argparse.Namespace) -> None:
         return
     print(found)
     if file:
+        print(f"written to {file}")
+
+
+@words.verb(
+    words.option("id", metavar="ID"),
+    words.option(
+        "--policy", required=True, action="append", metavar="[NAME=]POLICY", help="one of several"
+    ),
+    words.option("--starts", type=int, default=N_STARTS, metavar="N", help="(500)"),
+    words.option(
+        "--out", nargs="+", type=Path, default=[], metavar="FILE", help="tables and figures"
+    ),
+    usage="rigid-envs compare ID --policy POLICY ... [--starts N] [--out FILE ...] [--KEY VALUE]",
+)
+def compare_(options: argparse.Namespace) -> None:
+    """Several policies from the same fixed starts, side by side and in pairs.
+
+    Play one episode of each policy from each of the fixed starts: policies as of `rigid-envs
+    evaluate`, or results of it (.json). Files are tables for LaTeX (.tex) and figures (.pdf, .svg,
+    .png). Any hyperparameter can be given as an option.
+    """
+    config, policies = words.config_of(options.rest), {}
+    for file in options.out:
+        words.refuse_missing_folder("--out", file)
+        known = ".tex", *KINDS
+        require(file.suffix in known, str(file), "--out", f"names with one of {', '.join(known)}")
+    for each in options.policy:
+        name, _, policy = each.rpartition("=")
+        name = name or policy
+        require(name not in policies, name, "--policy", "another name: NAME=POLICY")
+        policies[name] = read_evaluation(policy) if policy.endswith(".json") else policy
+    found = compare(options.id, policies, n=options.starts, config=config, progress=words.tell)
+    words.tell("")
+    print(found)
+    for file in options.out:
+        (found.latex if file.suffix == ".tex" else found.figure)(file)
         print(f"written to {file}")
 
 

@@ -35,6 +35,7 @@ READ = [
     ["leaderboard", "PATH"],
     ["search", "PATH"],
     ["baselines", "PATH"],
+    ["curves", "PATH"],
     ["publish", "PATH"],
 ]
 WRITTEN = [

@@ -11,8 +11,10 @@ from PIL import Image
 
 import tests.agents.drift  # noqa: F401, registers the environment
 from agents.cli.command_line import main
+from agents.evaluation import reports
 from agents.evaluation.baselines import digest_of, figures_of, grouped, markdown
 from agents.evaluation.reports import evaluate, table, write_report
+from agents.storage.logs import write_evaluations
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.evaluation import published_record
 from rigid_envs.scores.policies import RandomPolicy
@@ -20,7 +22,14 @@ from rigid_envs.scores.records import evaluation_of, read_record, record_file, w
 from rigid_envs.scores.starts import FLOOR, play, row_seeds
 from rigid_envs.scores.trained import FOLDER, published
 from tests.agents.drift import Drift
-from tests.agents.sessions import rows
+from tests.agents.sessions import begun, rows, small
+
+
+class Homing:
+    """Straight to the origin."""
+
+    def predict(self, observation, *, deterministic=True):
+        return np.clip(-3 * observation, -1, 1).astype(np.float32), None
 
 
 def homing(observation):
@@ -173,6 +182,38 @@ def test_page_and_figures_are_written(tmp_path, seeds):
     figures = {path.stem for path in folder.glob("*.png")}
     names = {"aggregates", "profiles", "improvement", "curves_ball", "curves_free_body"}
     assert figures == names and all(f"(baselines/{name}.png)" in text for name in names)
+
+
+def run_of(folder, rates, **entries):
+    """A run with some rates of success, of 4 starts, after every 1000 steps."""
+    name = "_".join(map(str, [*entries.values(), "r"])).replace(".", "")
+    run = begun(small(folder, run_name=name, **entries))
+    wins = np.arange(4) < 4 * np.array(rates)[:, None]
+    steps = 1000 * np.arange(1, len(wins) + 1)
+    names = ("results", "ep_lengths", "successes", "costs")
+    arrays = {"timesteps": steps} | {name: wins * 1.0 for name in names}
+    write_evaluations(run / "evaluations.npz", arrays)
+    return run
+
+
+def test_curves_are_of_what_differs_in_more_than_the_seed(tmp_path, monkeypatch, capsys):
+    drawn = []
+    monkeypatch.setattr(reports, "save_figure", lambda figure, path: drawn.append(figure) or path)
+    runs = [run_of(tmp_path, [0.0, 0.5, 1.0], seed=0), run_of(tmp_path, [0.5, 1.0], seed=1)]
+    runs += [run_of(tmp_path, [0.25, 0.25], gamma=0.5)]
+    reports.draw_runs(runs, tmp_path / "c.pdf")
+    (axes,) = drawn[0].axes
+    first, second = axes.get_lines()
+    assert (first.get_label(), second.get_label()) == ("ppo, gamma 0.99", "ppo, gamma 0.5")
+    np.testing.assert_allclose(first.get_xydata(), [[1000, 25], [2000, 75]])  # as far as both have
+    np.testing.assert_allclose(second.get_xydata(), [[1000, 25], [2000, 25]])
+    assert len(axes.collections) == 1  # one band: of what has several seeds
+    monkeypatch.undo()
+    folders = [str(run.folder) for run in runs]
+    assert main(["curves", *folders, "--out", str(tmp_path / "c.pdf")]) == 0
+    assert (tmp_path / "c.pdf").read_bytes().startswith(b"%PDF")
+    assert main(["curves", *folders, "--out", "c.doc"]) == 2
+    assert "path = 'c.doc'; expected" in capsys.readouterr().err
 
 
 def test_a_folder_without_records_is_refused(tmp_path, capsys):
