@@ -21,5 +21,7 @@ except ImportError as error:
 
 from rigid_envs.sb3.adapter import GymnasiumVecEnv, NonFiniteError, make_vec_env
 from rigid_envs.sb3.exporting import export
+from rigid_envs.sb3.loading import load_model, to_onnx, to_torch
 
-__all__ = ["GymnasiumVecEnv", "NonFiniteError", "export", "make_vec_env"]
+__all__ = ["GymnasiumVecEnv", "NonFiniteError", "export", "load_model", "make_vec_env"]
+__all__ += ["to_onnx", "to_torch"]

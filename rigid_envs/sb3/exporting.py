@@ -81,10 +81,15 @@ class AttitudeExtractor(CombinedExtractor):
 
     def forward(self, observations: dict[str, Tensor]) -> Tensor:
         """Shape (N, n + 18)."""
-        inputs = super().forward(observations)
-        here, there = (inputs[:, at : at + 9].reshape(-1, 3, 3) for at in self._places)
-        back = here.transpose(1, 2)
-        return torch.cat([inputs, (back @ there).flatten(1), (there @ back).flatten(1)], dim=1)
+        return turned(super().forward(observations), *self._places)
+
+
+def turned(inputs: Tensor, achieved: int, desired: int) -> Tensor:
+    """Inputs, shape (..., n), and behind them the relative rotations of two matrices in them."""
+    shape = (*inputs.shape[:-1], 3, 3)
+    here, there = (inputs[..., at : at + 9].reshape(shape) for at in (achieved, desired))
+    back = here.mT
+    return torch.cat([inputs, (back @ there).flatten(-2), (there @ back).flatten(-2)], dim=-1)
 
 
 def attitudes(task: Any) -> dict[str, int]:
@@ -119,7 +124,7 @@ class Network(NamedTuple):
         activation: Of the hidden layers, by name.
         attitudes: Where two rotation matrices are in the inputs, whose relative rotations the
             first layer takes too; None if it does not.
-        arrays: The layers, and what the head needs.
+        arrays: The layers, what the head needs, and the value network of PPO and A2C.
     """
 
     head: str
@@ -162,12 +167,19 @@ _Reader = Callable[[Any], tuple[Sequence[nn.Module], str, Arrays]]
 """Modules from the features to the parameters of the distribution, its name, and its arrays."""
 
 
+def layers_of(model: Any) -> tuple[list[nn.Module], list[nn.Module]]:
+    """Layers of the policy and of the value network of PPO and A2C, with their activations."""
+    policy, hidden = model.policy, model.policy.mlp_extractor
+    return [*hidden.policy_net, policy.action_net], [*hidden.value_net, policy.value_net]
+
+
 def _actor_critic(model: Any) -> tuple[Sequence[nn.Module], str, Arrays]:
-    modules = [*model.policy.mlp_extractor.policy_net, model.policy.action_net]
+    modules, values = layers_of(model)
+    arrays, _ = _layers(values, "value")
     if isinstance(model.action_space, spaces.Discrete):
-        return modules, "categorical", {}
-    box = _bounds(model.action_space)
-    return modules, "gaussian", {"log_std": _numbers(model.policy.log_std), **box}
+        return modules, "categorical", arrays
+    arrays |= {"log_std": _numbers(model.policy.log_std), **_bounds(model.action_space)}
+    return modules, "gaussian", arrays
 
 
 def _squashed(model: Any) -> tuple[Sequence[nn.Module], str, Arrays]:
@@ -200,14 +212,14 @@ def _bounds(space: spaces.Space[Any]) -> Arrays:
     return {"action.low": space.low, "action.high": space.high}
 
 
-def _layers(modules: Sequence[nn.Module]) -> tuple[Arrays, str]:
+def _layers(modules: Sequence[nn.Module], prefix: str = "layers") -> tuple[Arrays, str]:
     """Weights and biases under the names of a policy file, and the activation between them."""
     arrays: Arrays = {}
     for k, layer in enumerate(modules[::2]):
         if not isinstance(layer, nn.Linear):
             raise _refusal("layer", layer, "linear layers with an activation between them")
-        arrays[f"layers.{k}.weight"] = _numbers(layer.weight)
-        arrays[f"layers.{k}.bias"] = _numbers(layer.bias)
+        arrays[f"{prefix}.{k}.weight"] = _numbers(layer.weight)
+        arrays[f"{prefix}.{k}.bias"] = _numbers(layer.bias)
     between = {_name(module) for module in modules[1::2]}
     if len(between) > 1:
         raise _refusal("activation_fn", ", ".join(sorted(between)), "one for all hidden layers")
@@ -241,7 +253,8 @@ def export(model: BaseAlgorithm, path: str | Path) -> Path:
     Args:
         model: A model of PPO, A2C, SAC, TQC or DQN that has its environment; its policy is a
             multilayer perceptron (MlpPolicy, MultiInputPolicy) of tanh, ReLU, ELU or SiLU.
-            Observations scaled by VecNormalize stay so.
+            Observations scaled by VecNormalize stay so. The file keeps the value network of PPO and
+            A2C, from which `load_model` goes on.
         path: File to write, ``NAME.safetensors``; its folder is made if it is not there.
 
     Returns:

@@ -189,6 +189,10 @@ class Reference:
         found: Decoded = self._decoder(numbers(self._task, observation)[0])
         return found
 
+    def __call__(self, observation: Any) -> npt.NDArray[Any]:
+        """The action or actions alone, without memory; see `predict`."""
+        return self.predict(observation)[0]
+
     def predict(
         self,
         observation: Any,

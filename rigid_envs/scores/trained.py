@@ -23,27 +23,39 @@ HEADS = ("gaussian", "squashed gaussian", "categorical", "greedy")
 _LAYER_LIMIT = 64
 
 
-def weights_of(arrays: Arrays) -> list[NDArray[np.float32]]:
+def weights_of(arrays: Arrays, prefix: str = "layers") -> list[NDArray[np.float32]]:
     """The matrices of the layers, each checked to take what the one before gives.
 
     Args:
         arrays: `layers.<k>.weight`, shape (outputs, inputs), `layers.<k>.bias`, and others.
+        prefix: What names of arrays begin with: "value" takes the layers of the value network.
     """
-    count = sum(name.startswith("layers.") and name.endswith(".weight") for name in arrays)
+    count = sum(name.startswith(f"{prefix}.") and name.endswith(".weight") for name in arrays)
     if not 1 <= count <= _LAYER_LIMIT:
         raise ValueError(f"expected 1 to {_LAYER_LIMIT} layers, found {count}")
-    weights = [arrays[f"layers.{k}.weight"] for k in range(count)]
-    for k, weight in enumerate(weights):
-        bias = arrays[f"layers.{k}.bias"]
+    names = [f"{prefix}.{k}" for k in range(count)]
+    weights = [arrays[f"{name}.weight"] for name in names]
+    for k, (name, weight) in enumerate(zip(names, weights, strict=True)):
+        bias = arrays[f"{name}.bias"]
         if {weight.dtype, bias.dtype} != {np.dtype(np.float32)} or weight.ndim != 2:
-            raise ValueError(f"layers.{k}: expected a matrix and a vector of float32")
+            raise ValueError(f"{name}: expected a matrix and a vector of float32")
         if bias.shape != weight.shape[:1]:
-            raise ValueError(f"layers.{k}.bias: expected {len(weight)} numbers, found {bias.shape}")
+            raise ValueError(f"{name}.bias: expected {len(weight)} numbers, found {bias.shape}")
         if k and weight.shape[1] != len(weights[k - 1]):
             raise ValueError(
-                f"layers.{k}.weight has shape {weight.shape}; expected (..., {len(weights[k - 1])})"
+                f"{name}.weight has shape {weight.shape}; expected (..., {len(weights[k - 1])})"
             )
     return weights
+
+
+def _check_values(arrays: Arrays, head: str, n_inputs: int) -> None:
+    """Refuse a value network, if there is one, that is of another head or of other inputs."""
+    if not any(name.startswith("value.") for name in arrays):
+        return
+    require(head in ("gaussian", "categorical"), head, "distribution", "one with a value network")
+    weights = weights_of(arrays, "value")
+    ends = weights[0].shape[1], len(weights[-1])
+    require(ends == (n_inputs, 1), ends, "value: inputs, outputs", f"{(n_inputs, 1)}")
 
 
 def _check_others(arrays: Arrays, head: str, last: tuple[int, int], n_normal: int | None) -> None:
@@ -59,7 +71,8 @@ def _check_others(arrays: Arrays, head: str, last: tuple[int, int], n_normal: in
     if n_normal is not None:
         for name in ("observation.mean", "observation.var"):
             wanted[name] = ("float64", (n_normal,))
-    found = {k: (str(a.dtype), a.shape) for k, a in arrays.items() if not k.startswith("layers.")}
+    others = {k: a for k, a in arrays.items() if not k.startswith(("layers.", "value."))}
+    found = {k: (str(a.dtype), a.shape) for k, a in others.items()}
     for name in sorted(wanted.keys() | found.keys()):
         if wanted.get(name) != found.get(name):
             raise ValueError(f"{name}: expected {wanted.get(name)}, found {found.get(name)}")
@@ -93,7 +106,8 @@ class CompiledPolicy:
             `spaces`, `versions`, `git_commit`, ...
         env_id: The environment that it was trained on, as it is registered.
         arrays: `layers.<k>.weight`, `layers.<k>.bias`; what the head of the network needs; if
-            observations are normalised `observation.mean`, `observation.var`.
+            observations are normalised `observation.mean`, `observation.var`; for who trains it
+            further, if the file has them, `value.<k>.weight`, `value.<k>.bias`.
         n_obs: Numbers of an observation.
         activation: Activation of the hidden layers.
         head: Distribution of the actions.
@@ -128,6 +142,7 @@ class CompiledPolicy:
         self._normalized = bool(network["normalized"])
         if self._normalized:
             self._clip, self._epsilon = float(network["clip"]), float(network["epsilon"])
+        _check_values(self.arrays, self.head, weights[0].shape[1])
         last: tuple[int, int] = weights[-1].shape
         _check_others(self.arrays, self.head, last, self.n_obs if self._normalized else None)
         self._sizes = np.array([weights[0].shape[1], *map(len, weights)])
@@ -149,6 +164,10 @@ class CompiledPolicy:
         """Who acts: the algorithm, and the frame if it is not that of the world."""
         frame = self.env_kwargs.get("frame", "world")
         return str(self.document["algo"]) + ("" if frame == "world" else f" {frame}")
+
+    def __call__(self, observation: NDArray[Any] | Mapping[str, NDArray[Any]]) -> NDArray[Any]:
+        """The action or actions alone; see `predict`."""
+        return self.predict(observation)[0]
 
     def predict(
         self,
@@ -247,7 +266,8 @@ def _attitudes(places: Any, n_inputs: int) -> tuple[int, int] | None:
 
 # Policies from files: those that come with the package by name, others by path.
 
-FORMAT = "rigid-envs policy 1"
+FORMAT = "rigid-envs policy 2"
+_FORMATS = ("rigid-envs policy 1", FORMAT)  # the first has no value network
 FOLDER = Path(__file__).with_name("published")
 """Published policies, each with a record of its evaluation beside it."""
 
@@ -325,7 +345,7 @@ def read_policy(path: Path) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         FileNotFoundError: There is no such file.
     """
     arrays, document = load_tensors(path, _SIZE_LIMIT)
-    if document.get("format") != FORMAT:
+    if document.get("format") not in _FORMATS:
         given = document.get("format")
         raise DamagedFileError(f"{path}: expected format {FORMAT!r}, got {given!r}")
     return document, arrays
