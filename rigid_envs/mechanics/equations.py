@@ -12,7 +12,15 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, array, non_negative, number, require, unit_quaternion
+from rigid_envs.base.checks import (
+    Array,
+    array,
+    non_negative,
+    number,
+    one_named,
+    require,
+    unit_quaternion,
+)
 from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.mechanics import rotations
 
@@ -128,9 +136,11 @@ class Equations(abc.ABC):
             ValueError: unknown name, wrong last axis, NaN or inf, q not of unit length.
         """
         parts = {}
-        known = f"some of {', '.join(cls.components)}"
         for name, value in components.items():
-            require(name in cls.components, name, "component", known)
+            if name not in cls.components:
+                taken = inspect.signature(cls.state).parameters.values()
+                more = [each.name for each in taken if each.kind is each.KEYWORD_ONLY]
+                one_named(name, [*cls.components, *more], "component")
             entries = cls.state_entries[cls.components[name]]
             n, layout = len(entries), ", ".join(entries)
             rows = array(value, name, *([n] if n > 1 else []), entries=layout)
@@ -306,8 +316,87 @@ def _component(part: slice, y: npt.ArrayLike) -> Array:
     return rows[..., 0] if rows.shape[-1] == 1 else rows
 
 
+def instead(components: Mapping[str, npt.ArrayLike], name: str, given: Mapping[str, Any]) -> bool:
+    """Whether any of some values is given, which say what a component would say.
+
+    Args:
+        components: those that are given.
+        name: of the component.
+        given: the values by name, None where they are left out.
+
+    Raises:
+        ValueError: the component is given as well.
+    """
+    named = [key for key, value in given.items() if value is not None]
+    expected = f"none beside {', '.join(named)}: one follows from the other"
+    require(not named or name not in components, components.get(name), name, expected)
+    return bool(named)
+
+
+def _columns(given: Mapping[str, npt.ArrayLike | None], rest: Array) -> Array:
+    """Rows of values, shape (..., n), with entries of `rest` for those that are left out."""
+    columns = [
+        rest[..., k] if value is None else array(value, name)
+        for k, (name, value) in enumerate(given.items())
+    ]
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
+
 class TurningBody(Equations):
     """A body whose state has the component `omega_body`, along its principal axes."""
+
+    @classmethod
+    def state(
+        cls,
+        *,
+        tilt: npt.ArrayLike | None = None,
+        azimuth: npt.ArrayLike | None = None,
+        phase: npt.ArrayLike | None = None,
+        precession: npt.ArrayLike | None = None,
+        nutation: npt.ArrayLike | None = None,
+        spin: npt.ArrayLike | None = None,
+        **components: npt.ArrayLike,
+    ) -> Array:
+        """State row of Euler angles and their rates, or of components; what is left out is at rest.
+
+        ``R = Rz(azimuth) Rx(tilt) Rz(phase)``, and the body turns at `precession` about the
+        vertical, at `nutation` about the line of nodes, and about its axis so that the component of
+        omega along it is `spin`.
+
+        Args:
+            tilt: theta, of the axis e3 from the vertical, from 0 to pi [rad].
+            azimuth: phi, of the line of nodes about the vertical [rad].
+            phase: psi, of the body about e3 [rad].
+            precession: phi' [rad/s].
+            nutation: theta' [rad/s].
+            spin: omega . e3 = psi' + phi' cos(theta) [rad/s].
+            **components: any of `components`; q in place of the angles, omega_body in place of the
+                rates. All are of shape (...), or (..., k), and broadcast together.
+
+        Returns:
+            y of shape (..., n_state).
+
+        Raises:
+            ValueError: unknown name, no finite numbers, a tilt beyond its range, or what says the
+                same twice.
+        """
+        angles = {"azimuth": azimuth, "tilt": tilt, "phase": phase}
+        rates = {"precession": precession, "nutation": nutation, "spin": spin}
+        placed, turns = instead(components, "q", angles), instead(components, "omega_body", rates)
+        if not placed and not turns:
+            return super().state(**components)
+        at = rotations.euler_from_quaternion(components.get("q", cls.dynamics.State()[:4]))
+        if placed:
+            at = _columns(angles, at)
+            theta, expected = at[..., 1], "an angle from 0 to pi rad: np.radians converts degrees"
+            require((theta >= 0.0) & (theta <= np.pi), theta, "tilt", expected)
+            components["q"] = rotations.quaternion_from_euler(at)
+        if turns:
+            at, rows = np.broadcast_arrays(at, _columns(rates, np.zeros(3)))
+            psi_rate = rows[..., 2] - rows[..., 0] * np.cos(at[..., 1])
+            rows = np.concatenate([rows[..., :2], psi_rate[..., None]], axis=-1)
+            components["omega_body"] = rotations.omega_body_from_euler_rates(at, rows)
+        return super().state(**components)
 
     @property
     @abc.abstractmethod

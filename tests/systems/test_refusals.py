@@ -169,7 +169,9 @@ def test_bad_inputs_are_refused_everywhere(system):
 
 
 def test_components_of_a_state_are_checked_by_name():
-    with pytest.raises(ValueError, match=r"^component = 'omega'; expected some of q, omega_body"):
+    with pytest.raises(
+        ValueError, match=r"^component = 'omega'; expected one of q, omega_body, tilt"
+    ):
         examples.BODY.state(omega=(1.0, 0.0, 0.0))
     with pytest.raises(ValueError, match=r"omega_body has shape \(2,\); expected \(\.\.\., 3\)"):
         examples.BODY.state(omega_body=(1.0, 0.0))

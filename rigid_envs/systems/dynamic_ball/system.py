@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, non_negative, number, positive_fields
-from rigid_envs.mechanics.equations import CONTACT, RollingContact
+from rigid_envs.mechanics import rotations
+from rigid_envs.mechanics.equations import CONTACT, RollingContact, instead
 from rigid_envs.mechanics.system import AdaptiveStepSystem, ball_ratio
 from rigid_envs.systems.dynamic_ball.dynamics import DYNAMIC_BALL
 
@@ -82,6 +83,30 @@ class DynamicBall(RollingContact, AdaptiveStepSystem):
         number(self.turntable_rate, "turntable_rate", "rad/s")
         non_negative(self.mu, "mu", "1")
         super().__post_init__()
+
+    @classmethod
+    def state(
+        cls, *, rotation_vector: npt.ArrayLike | None = None, **components: npt.ArrayLike
+    ) -> Array:
+        """State row of attitude and components; those left out are 0, the ball upright.
+
+        Args:
+            rotation_vector: axis times angle by which the ball is turned, world axes [rad], shape
+                (..., 3).
+            **components: position [m] and velocity [m/s] in plate axes, tilt [rad] and tilt_rate
+                [rad/s] of the plate, each of shape (..., 2); spin about its normal [rad/s]; q in
+                place of the rotation vector. All are broadcast together.
+
+        Returns:
+            y of shape (..., 13).
+
+        Raises:
+            ValueError: as `System.state`; a rotation vector beside q.
+        """
+        if rotation_vector is not None:
+            instead(components, "q", {"rotation_vector": rotation_vector})
+            components["q"] = rotations.exp(rotation_vector)
+        return super().state(**components)
 
     def position(self, y: npt.ArrayLike) -> Array:
         """Centre (X, Y) in plate axes, from O [m], shape (..., 2)."""

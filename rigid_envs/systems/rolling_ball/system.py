@@ -8,6 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, positive
+from rigid_envs.mechanics import rotations
+from rigid_envs.mechanics.equations import instead
 from rigid_envs.mechanics.system import System
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL
 
@@ -48,6 +50,29 @@ class RollingBall(System):
         """Check the radius."""
         positive(self.radius, "radius", "m")
         super().__post_init__()
+
+    @classmethod
+    def state(
+        cls, *, rotation_vector: npt.ArrayLike | None = None, **components: npt.ArrayLike
+    ) -> Array:
+        """State row of attitude and components; those left out are 0, the ball upright.
+
+        Args:
+            rotation_vector: axis times angle by which the ball is turned, world axes [rad], shape
+                (..., 3).
+            **components: position of the centre [m], shape (..., 2); q in place of the
+                rotation vector.
+
+        Returns:
+            y of shape (..., 6).
+
+        Raises:
+            ValueError: as `System.state`; a rotation vector beside q.
+        """
+        if rotation_vector is not None:
+            instead(components, "q", {"rotation_vector": rotation_vector})
+            components["q"] = rotations.exp(rotation_vector)
+        return super().state(**components)
 
     def position(self, y: npt.ArrayLike) -> Array:
         """Position of the centre (X, Y) on the plane [m], shape (..., 2)."""

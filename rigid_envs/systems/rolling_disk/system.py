@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, non_negative, positive_fields, require
+from rigid_envs.base.checks import Array, array, non_negative, positive_fields, require
 from rigid_envs.mechanics import rotations
 from rigid_envs.mechanics.equations import CONTACT, RollingContact, TurningBody, gamma, quaternion
 from rigid_envs.mechanics.system import AdaptiveStepSystem, axial_moment, principal_moments
@@ -89,6 +89,48 @@ class RollingDisk(TurningBody, RollingContact, AdaptiveStepSystem):
         """Thin hoop: I3 = m radius^2, I1 = I3 / 2."""
         rim = m * radius * radius
         return cls(m, radius, 0.5 * rim, rim, g)
+
+    @classmethod
+    def state(
+        cls,
+        *,
+        lean: npt.ArrayLike | None = None,
+        tilt: npt.ArrayLike | None = None,
+        azimuth: npt.ArrayLike | None = None,
+        phase: npt.ArrayLike | None = None,
+        precession: npt.ArrayLike | None = None,
+        nutation: npt.ArrayLike | None = None,
+        spin: npt.ArrayLike | None = None,
+        **components: npt.ArrayLike,
+    ) -> Array:
+        """State row of lean, angles and rates, or of components; upright and at rest without them.
+
+        Args:
+            lean: of the disk from upright, tilt - pi / 2, between -pi / 2 and pi / 2 [rad].
+            tilt: theta, of the axis e3 from the vertical, in place of the lean [rad].
+            azimuth: phi, heading; upright it heads for (-cos phi, -sin phi) where spin > 0 [rad].
+            phase: psi, of the disk about its axis [rad].
+            precession: phi', rate at which the heading turns [rad/s].
+            nutation: theta', rate of the lean [rad/s].
+            spin: omega . e3, rate of rolling: the rim passes at radius spin [rad/s].
+            **components: as of `TurningBody.state`; the contact [m], shape (..., 2).
+
+        Returns:
+            y of shape (..., 9).
+
+        Raises:
+            ValueError: as `TurningBody.state`; a lean beyond its range, or beside a tilt.
+        """
+        if lean is not None:
+            require(tilt is None, tilt, "tilt", "none beside lean: one follows from the other")
+            rows = array(lean, "lean")
+            expected = "an angle between -pi/2 and pi/2 rad: np.radians converts degrees"
+            require(np.abs(rows) < 0.5 * np.pi, rows, "lean", expected)
+            tilt = 0.5 * np.pi + rows
+        return super().state(
+            tilt=tilt, azimuth=azimuth, phase=phase,
+            precession=precession, nutation=nutation, spin=spin, **components,
+        )  # fmt: skip
 
     @classmethod
     def checked_state(cls, y: npt.ArrayLike) -> Array:

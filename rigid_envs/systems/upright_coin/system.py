@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, non_negative, number, positive_fields, require
+from rigid_envs.base.checks import Array, array, non_negative, number, positive_fields, require
 from rigid_envs.mechanics import rotations
-from rigid_envs.mechanics.equations import CONTACT, RollingContact, gamma, quaternion
+from rigid_envs.mechanics.equations import CONTACT, RollingContact, gamma, instead, quaternion
 from rigid_envs.mechanics.system import AdaptiveStepSystem
 from rigid_envs.systems.upright_coin.dynamics import UPRIGHT_COIN
 
@@ -89,6 +89,34 @@ class UprightCoin(RollingContact, AdaptiveStepSystem):
         phi, psi = np.broadcast_arrays(heading, phase)
         tilt = np.full(phi.shape, 0.5 * np.pi)
         return rotations.quaternion_from_euler(np.stack([phi, tilt, psi], axis=-1))
+
+    @classmethod
+    def state(
+        cls,
+        *,
+        heading: npt.ArrayLike | None = None,
+        phase: npt.ArrayLike | None = None,
+        **components: npt.ArrayLike,
+    ) -> Array:
+        """State row of heading, phase and components; those left out are 0.
+
+        Args:
+            heading: phi; where it rolls forwards, the coin heads for (-cos phi, -sin phi) [rad].
+            phase: psi, of the coin about its axis [rad].
+            **components: contact [m], shape (..., 2); steer_rate phi' and roll_rate psi' [rad/s];
+                q in place of both angles. All are broadcast together.
+
+        Returns:
+            y of shape (..., 8).
+
+        Raises:
+            ValueError: as `System.state`; an angle beside q.
+        """
+        given = {"heading": heading, "phase": phase}
+        if instead(components, "q", given):
+            phi, psi = (array(0.0 if at is None else at, name) for name, at in given.items())
+            components["q"] = cls.attitude(phi, psi)
+        return super().state(**components)
 
     @classmethod
     def checked_state(cls, y: npt.ArrayLike) -> Array:
