@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, Integers, array, exact_array, positive, require
 from rigid_envs.engine.algebra import SUZUKI
+from rigid_envs.mechanics import rotations
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from rigid_envs.mechanics.system import System
 
 # Step size selection: the intervals of a simulation divided into equal integrator steps.
@@ -285,12 +290,16 @@ def _held(system: System, u: npt.ArrayLike | None, n_intervals: int) -> InputsAt
 
 # The result of a simulation.
 
+_SHOWING = "rigid_envs.watch.replays.motion"
+"""What shows a trajectory: it stands above this room, and is found by its name when it is used."""
+
 
 @dataclass(frozen=True)
 class Trajectory:
     """States of a system at given times, with named access: ``trajectory["omega_body"]``.
 
-    ``trajectory(t)`` are the states at any times between.
+    ``trajectory(t)`` are the states at any times between. Jupyter shows a trajectory as the page of
+    `replay`.
 
     Attributes:
         system: of the simulation.
@@ -373,6 +382,88 @@ class Trajectory:
     def invariants(self) -> dict[str, Array]:
         """The system's conserved quantities at all times, each of shape (M, ...)."""
         return self.system.invariants(self.y)
+
+    def input_at(self, t: npt.ArrayLike) -> Array:
+        """The input at some times, shape (K, ..., n_input); where it changes, the new one.
+
+        Args:
+            t: times [s], shape (K,).
+
+        Raises:
+            ValueError: no finite numbers, or another shape.
+        """
+        times = exact_array(t, "t", "K")
+        if callable(self.u):
+            rows = np.stack([self.system.checked_input(self.u(float(s))) for s in times])
+        else:
+            rows = np.atleast_2d(self.system.checked_input(self.u))
+            sense = math.copysign(1.0, self.t[-1] - self.t[0])
+            after = np.searchsorted(sense * self.t, sense * times, side="right")
+            rows = rows[np.clip(after - 1, 0, len(rows) - 1)]
+        inner = (1,) * (self.y.ndim - rows.ndim)
+        rows = rows.reshape(len(times), *inner, *rows.shape[1:])
+        return np.broadcast_to(rows, (len(times), *self.y.shape[1:-1], rows.shape[-1]))
+
+    @property
+    def omega_world(self) -> Array:
+        """Angular velocity in world axes [rad/s], shape (M, ..., 3).
+
+        Raises:
+            AttributeError: a system without attitude.
+        """
+        if "omega_world" in self.system.accessors:
+            return self["omega_world"]
+        if "q" not in self.system.components:
+            raise AttributeError(f"a {type(self.system).__name__} has no attitude, and no omega")
+        given = cast(Any, self.system).omega_world(self.input_at(self.t))  # of kinematic rolling
+        return np.asarray(given)
+
+    @property
+    def omega_body(self) -> Array:
+        """Angular velocity in body axes [rad/s], shape (M, ..., 3).
+
+        Raises:
+            AttributeError: a system without attitude.
+        """
+        if "omega_body" in self.system.accessors:
+            return self["omega_body"]
+        world = self.omega_world
+        return rotations.rotate_inverse(self["q"], world)
+
+    def plot(self) -> Figure:
+        """Angular velocity, attitude, path and errors of what is conserved, over time.
+
+        Of up to four motions, by the style of their lines.
+
+        Returns:
+            A figure of matplotlib.
+
+        Raises:
+            DependencyNotInstalled: matplotlib is missing; names the command that installs it.
+            ValueError: no two times, or more than four motions.
+        """
+        return cast("Figure", importlib.import_module(_SHOWING).plot(self))
+
+    def replay(self, path: str | Path, title: str = "") -> Path:
+        """Write a page that shows the motion in a browser, without server or network.
+
+        Up to four motions stand side by side.
+
+        Args:
+            path: file, ending with .html; missing folders are made.
+            title: heading of the page; the name of the system if left out.
+
+        Returns:
+            The path that was written.
+
+        Raises:
+            ValueError: no two times, more than four motions, or more than fits a page.
+        """
+        return Path(importlib.import_module(_SHOWING).write(self, path, title))
+
+    def _repr_html_(self) -> str | None:
+        """The page of `replay` in a frame, for Jupyter; None where there is none."""
+        return cast("str | None", importlib.import_module(_SHOWING).inline(self))
 
 
 def input_of(u: Input | None, k: int) -> Input | None:

@@ -3,11 +3,11 @@
 import base64
 import json
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib import resources
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -56,9 +56,9 @@ def curves(task: Task, episode: PastEpisode, driven: bool) -> list[Curve]:
         driven: Whether an input acts, in this episode or in one that it is compared with: what is
             conserved without it then has changes instead of errors.
     """
-    system = task.system(episode.parameters)
-    found = [*_motion(system, episode), *_attitude(task, system, episode)]
-    found += [*_path(system, episode.y), *_errors(system, episode, "change" if driven else "error")]
+    found = motion_curves(task.system(episode.parameters), episode.y, episode.u, driven)
+    if goal := _from_goal(task, episode):
+        found = [goal if curve.key == goal.key else curve for curve in found]
     quantity, _, unit = task.cost_unit.rpartition("[")
     spent = np.cumsum(episode.costs)[:, None]
     entries = tuple(entry.symbol for entry in task.actions())
@@ -69,6 +69,19 @@ def curves(task: Task, episode: PastEpisode, driven: bool) -> list[Curve]:
         Curve("action", "Action", action, entries, episode.applied),
     ]
     return found
+
+
+def motion_curves(system: System, y: Array, u: Array, driven: bool) -> list[Curve]:
+    """What is plotted of a motion.
+
+    Args:
+        system: The system.
+        y: States, shape (n, n_state), the start first.
+        u: Inputs, shape (n, n_input), or (n - 1, n_input), of the steps between.
+        driven: As of `curves`.
+    """
+    found = [*_motion(system, y, u), *_attitude(system, y), *_path(system, y)]
+    return [*found, *_errors(system, y, "change" if driven else "error")]
 
 
 def is_driven(episode: PastEpisode) -> bool:
@@ -112,9 +125,9 @@ _CONSERVED = {
 }
 
 
-def _errors(system: System, episode: PastEpisode, word: str) -> list[Curve]:
+def _errors(system: System, y: Array, word: str) -> list[Curve]:
     """Energy, and momenta: errors where nothing drives the system, else changes."""
-    found = conservation_errors(system, episode.y)
+    found = conservation_errors(system, y)
     result = []
     if (energy := found.pop("energy", None)) is not None:
         title = f"Energy {word}"
@@ -128,9 +141,9 @@ def _errors(system: System, episode: PastEpisode, word: str) -> list[Curve]:
     return result
 
 
-def _motion(system: System, episode: PastEpisode) -> list[Curve]:
+def _motion(system: System, y: Array, u: Array) -> list[Curve]:
     """Angular velocity; of what has one degree of freedom, the velocity; else the state."""
-    y, named = episode.y, system.accessors
+    named = system.accessors
     unit, names = "rad/s, world axes", ("\u03c9x", "\u03c9y", "\u03c9z")
     if "omega_body" in named:
         unit, names = "rad/s, body axes", ("\u03c9\u2081", "\u03c9\u2082", "\u03c9\u2083")
@@ -138,7 +151,7 @@ def _motion(system: System, episode: PastEpisode) -> list[Curve]:
     elif "omega_world" in named:
         values = named["omega_world"](y)
     elif hasattr(system, "omega_world"):
-        values = np.asarray(system.omega_world(episode.u))
+        values = np.asarray(system.omega_world(u))
     elif "velocity" in named:
         return [Curve("omega", "Velocity", "m/s", ("v",), named["velocity"](y).reshape(len(y), -1))]
     else:
@@ -156,17 +169,22 @@ def _path(system: System, y: Array) -> list[Curve]:
     return []
 
 
-def _attitude(task: Task, system: System, episode: PastEpisode) -> list[Curve]:
-    """The angle that says most about the attitude: from a goal, of the axis, or from upright."""
-    if "q" not in system.components:
-        return []
-    y, named = episode.y, system.accessors
-    q = rotations.normalize(y[:, :4])
+def _from_goal(task: Task, episode: PastEpisode) -> Curve | None:
+    """The angle of the attitude from that of a goal; None where no attitude is one."""
     for name in ("goal", "reference"):
         if f"{name}_w" in task.aux_names:
             columns = [task.aux_names.index(f"{name}_{part}") for part in "wxyz"]
-            angle = rotations.distance(q, rotations.normalize(episode.aux[:, columns]))
-            return [_angle("Attitude", f"deg, from the {name}", ("angle",), angle)]
+            q, goal = (rotations.normalize(x) for x in (episode.y[:, :4], episode.aux[:, columns]))
+            angle = rotations.distance(q, goal)
+            return _angle("Attitude", f"deg, from the {name}", ("angle",), angle)
+    return None
+
+
+def _attitude(system: System, y: Array) -> list[Curve]:
+    """The angle that says most about the attitude: of the axis, or from upright."""
+    if "q" not in system.components:
+        return []
+    named = system.accessors
     if "heading" in named:
         both = np.stack([named["heading"](y), named["phase"](y)], axis=-1)
         return [_angle("Heading and roll phase", "deg", ("heading", "phase"), both)]
@@ -177,7 +195,14 @@ def _attitude(task: Task, system: System, episode: PastEpisode) -> list[Curve]:
     tilt = named["tilt"](y) if "tilt" in named else None
     if tilt is not None and tilt.ndim == 1:
         return [_angle("Tilt", "deg, from the vertical", ("tilt",), tilt)]
-    return [_angle("Attitude", "deg, from upright", ("angle",), rotations.angle(q))]
+    return [
+        _angle(
+            "Attitude",
+            "deg, from upright",
+            ("angle",),
+            rotations.angle(rotations.normalize(y[:, :4])),
+        )
+    ]
 
 
 def _angle(title: str, unit: str, names: tuple[str, ...], values: Array) -> Curve:
@@ -332,10 +357,22 @@ def html(episodes: Sequence[tuple[Replay, int]], title: str = "") -> str:
     for replay, k in episodes:
         n = len(replay.episodes)
         require(0 <= k < n, k, "episode", f"0 to {n - 1}")
+    return fitting(lambda budget: _payload(episodes, budget, title))
+
+
+def fitting(payload: Callable[[int], dict[str, Any]]) -> str:
+    """The most detailed page that is small enough.
+
+    Args:
+        payload: All that the page shows, as JSON values, for a number of moments of each episode.
+
+    Raises:
+        ValueError: None is.
+    """
     template = resources.files("rigid_envs.watch.replays").joinpath("viewer/viewer.html")
     head, tail = template.read_text().split(_MARK)
     for budget in _BUDGETS:
-        document = json.dumps(_payload(episodes, budget, title), allow_nan=False)
+        document = json.dumps(payload(budget), allow_nan=False)
         page = head + document.replace("<", "\\u003c") + tail  # no text can end the element
         if len(page.encode()) < MOST_BYTES:
             return page
@@ -345,54 +382,119 @@ def html(episodes: Sequence[tuple[Replay, int]], title: str = "") -> str:
     )
 
 
-def _payload(episodes: Sequence[tuple[Replay, int]], budget: int, title: str) -> dict[str, Any]:
-    """All that the page shows, as JSON values."""
+class Shown(NamedTuple):
+    """An episode, or the motion of a system alone, as a page shows it.
+
+    Attributes:
+        label: Who acts.
+        result: What it came to, in words.
+        success: Whether it was one.
+        times: Of the text and of the curves [s], shape (n,).
+        text: What is said at each time.
+        view: What it looks like.
+        path: Moments that are drawn.
+        curves: What is plotted.
+        facts: What is said of it, with the name of each fact.
+    """
+
+    label: str
+    result: str
+    success: bool
+    times: Array
+    text: list[tuple[str, ...]]
+    view: View
+    path: Sequence[Moment]
+    curves: list[Curve]
+    facts: tuple[tuple[str, str], ...]
+
+
+def document(shown: Sequence[Shown], driven: bool, title: str, subtitle: str) -> dict[str, Any]:
+    """All that a page shows, as JSON values."""
     packer = Packer()
-    shown = [(replay, replay.episodes[k]) for replay, k in episodes]
-    driven = any(is_driven(episode) for _, episode in shown)
-    labels = _labels([episode for _, episode in shown])
-    parts: list[dict[str, Any]] = []
-    for label, (replay, episode) in zip(labels, shown, strict=True):
-        owner = replay.task.system_type if title else type(replay.task)
-        view = view_class(owner)(replay.task, episode.parameters)
-        path = moments(replay.task, episode, budget)
-        words = _words(replay.task, episode, view, title)
-        parts.append({"label": label, **words, **_stages(packer, episode, view, path, driven)})
-    ids = list(dict.fromkeys(replay.env_id for replay, _ in shown))
-    summary = (type(shown[0][0].task).__doc__ or "").strip().splitlines()
-    alone = summary and len(ids) == 1 and not title
+    labels = _labels([each.label for each in shown])
+    parts = [
+        {
+            "label": label,
+            "result": each.result,
+            "success": each.success,
+            "text": each.text,
+            **_stages(packer, each, driven),
+        }
+        for label, each in zip(labels, shown, strict=True)
+    ]
     return {
-        "title": title or " and ".join(env_id.rpartition("/")[2] for env_id in ids),
-        "subtitle": summary[0].replace("`", "") if alone else "",
-        "facts": _facts(labels, shown, title),
-        "plots": _plots(packer, [_curves(*each, driven, title) for each in shown], shown),
+        "title": title,
+        "subtitle": subtitle,
+        "facts": _facts(labels, shown),
+        "plots": _plots(packer, shown),
         "episodes": parts,
         "meshes": packer.meshes,
         "blob": packer.blob(),
     }
 
 
-def _words(task: Task, episode: PastEpisode, view: View, title: str) -> dict[str, Any]:
-    """What is said beside the motion at the end and at every step; of a task only without title."""
+def _payload(episodes: Sequence[tuple[Replay, int]], budget: int, title: str) -> dict[str, Any]:
+    """All that a page of episodes shows, as JSON values."""
+    played = [(replay, replay.episodes[k]) for replay, k in episodes]
+    driven = any(is_driven(episode) for _, episode in played)
+    shown = [_shown(replay, episode, budget, driven, title) for replay, episode in played]
+    ids = list(dict.fromkeys(replay.env_id for replay, _ in played))
+    summary = (type(played[0][0].task).__doc__ or "").strip().splitlines()
+    alone = summary and len(ids) == 1 and not title
+    return document(
+        shown,
+        driven,
+        title or " and ".join(env_id.rpartition("/")[2] for env_id in ids),
+        summary[0].replace("`", "") if alone else "",
+    )
+
+
+def _shown(replay: Replay, episode: PastEpisode, budget: int, driven: bool, title: str) -> Shown:
+    """An episode; of a task only without title."""
+    task = replay.task
+    view = view_class(task.system_type if title else type(task))(task, episode.parameters)
     steps = [episode.moment(k, task) for k in range(len(episode) + 1)]
     won = bool(len(episode) and episode.success[-1]) and not title
     result = f"{float(np.sum(episode.rewards)):.4g} return, {len(episode)} steps"
     text = [view.frame(moment).text for moment in steps]
     if title:
-        result = f"{episode.times[-1]:.3g} s"
-        text = [(f"time {moment.time:.1f} s", *view.readings(moment)) for moment in steps]
-    return {"result": f"success, {result}" if won else result, "success": won, "text": text}
+        result, text = f"{episode.times[-1]:.3g} s", readings(view, steps)
+    whose = "" if title else f" ({replay.env_id})"
+    return Shown(
+        episode.label,
+        f"success, {result}" if won else result,
+        won,
+        episode.times,
+        text,
+        view,
+        moments(task, episode, budget),
+        _curves(replay, episode, driven, title),
+        facts(episode.parameters, _origin(replay), whose),
+    )
 
 
-def _stages(
-    packer: Packer, episode: PastEpisode, view: View, path: Sequence[Moment], driven: bool
-) -> dict[str, Any]:
+def readings(view: View, path: Sequence[Moment]) -> list[tuple[str, ...]]:
+    """What is said of the motion of a system alone, at each moment."""
+    return [(f"time {moment.time:.1f} s", *view.readings(moment)) for moment in path]
+
+
+def facts(
+    parameters: Mapping[str, float], origin: str, whose: str = ""
+) -> tuple[tuple[str, str], ...]:
+    """Parameters of a system, and where its motion comes from."""
+    values = ", ".join(f"{name} = {value:.6g}" for name, value in parameters.items())
+    return ("parameters", values + whose), ("made with", origin)
+
+
+def _stages(packer: Packer, shown: Shown, driven: bool) -> dict[str, Any]:
     """The motion of an episode, and what is shown beside it."""
+    view, path = shown.view, shown.path
     times = np.array([moment.time for moment in path])
-    motion = Panel("Motion", view.scene, [view.frame(moment) for moment in path], times)
+    frames = [SceneFrame(view.poses(m), view.arrows(m), view.points(m)) for m in path]
+    motion = Panel("Motion", view.scene, frames, times)
     beside = insets(view.system, path, driven)
     return {
-        "times": packer.array(episode.times, "f8"),
+        "times": packer.array(shown.times, "f8"),
         "stage": packer.stage(motion),
         "insets": [{"title": panel.title, "stage": packer.stage(panel)} for panel in beside],
     }
@@ -404,62 +506,55 @@ def _curves(replay: Replay, episode: PastEpisode, driven: bool, title: str) -> l
     return [each for each in curves(replay.task, episode, driven) if each.key not in hidden]
 
 
-def _plots(
-    packer: Packer, found: Sequence[Sequence[Curve]], shown: Sequence[tuple[Replay, PastEpisode]]
-) -> list[dict[str, Any]]:
+def _plots(packer: Packer, shown: Sequence[Shown]) -> list[dict[str, Any]]:
     """One plot for each kind of curve, with the lines of all episodes that have it."""
     kinds: dict[tuple[Any, ...], dict[int, Curve]] = {}
-    for k, (several, (_, episode)) in enumerate(zip(found, shown, strict=True)):
-        for curve in several:
-            held = len(curve.values) == len(episode)
+    for k, each in enumerate(shown):
+        for curve in each.curves:
+            held = len(curve.values) < len(each.times)
             kind = curve.key, curve.title, curve.unit, curve.kind, curve.names, held
             kinds.setdefault(kind, {})[k] = curve
     return [
         {
             **dict(zip(("key", "title", "unit", "kind", "names", "held"), kind, strict=True)),
             "episodes": [
-                _lines(packer, here[k], episode) if k in here else None
-                for k, (_, episode) in enumerate(shown)
+                _lines(packer, here[k], each.times) if k in here else None
+                for k, each in enumerate(shown)
             ],
         }
         for kind, here in kinds.items()
     ]
 
 
-def _lines(packer: Packer, curve: Curve, episode: PastEpisode) -> dict[str, Any]:
+def _lines(packer: Packer, curve: Curve, times: Array) -> dict[str, Any]:
     """The lines of an episode: over the moments, or over the steps, which end at their times."""
-    times = packer.array(episode.times[len(episode.times) - len(curve.values) :], "f8")
+    ends = packer.array(times[len(times) - len(curve.values) :], "f8")
     x, *lines = [packer.array(column, "f8") for column in curve.values.T]
-    end = float(episode.times[-1])
+    end = float(times[-1])
     if curve.kind == "plan":
-        return {"end": end, "x": x, "times": times, "lines": lines}
-    return {"end": end, "x": times, "lines": [x, *lines]}
+        return {"end": end, "x": x, "times": ends, "lines": lines}
+    return {"end": end, "x": ends, "lines": [x, *lines]}
 
 
-def _labels(episodes: Sequence[PastEpisode]) -> list[str]:
+def _labels(given: Sequence[str]) -> list[str]:
     """Who acts in each episode; those of one name are numbered."""
-    names = [episode.label or "episode" for episode in episodes]
+    names = [label or "episode" for label in given]
     return [
         f"{name} {names[: k + 1].count(name)}" if names.count(name) > 1 else name
         for k, name in enumerate(names)
     ]
 
 
-def _facts(
-    labels: Sequence[str], shown: Sequence[tuple[Replay, PastEpisode]], title: str
-) -> list[tuple[str, str]]:
+def _facts(labels: Sequence[str], shown: Sequence[Shown]) -> list[tuple[str, str]]:
     """What the page says about its episodes and their origin; what is equal, once."""
-    facts: dict[tuple[str, str], list[str]] = {}
-    for label, (replay, episode) in zip(labels, shown, strict=True):
-        values = ", ".join(f"{name} = {value:.6g}" for name, value in episode.parameters.items())
-        whose = "" if title else f" ({replay.env_id})"
-        facts.setdefault(("parameters", values + whose), []).append(label)
-        facts.setdefault(("made with", _origin(replay)), []).append(label)
-    result = []
-    for (name, text), owners in facts.items():
-        common = len(owners) == len(shown)
-        result.append((name if common else f"{name}: {', '.join(owners)}", text))
-    return result
+    owners: dict[tuple[str, str], list[str]] = {}
+    for label, each in zip(labels, shown, strict=True):
+        for fact in each.facts:
+            owners.setdefault(fact, []).append(label)
+    return [
+        (name if len(whose) == len(shown) else f"{name}: {', '.join(whose)}", text)
+        for (name, text), whose in owners.items()
+    ]
 
 
 def _origin(replay: Replay) -> str:
