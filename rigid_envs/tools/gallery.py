@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import io
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from rigid_envs.base.files import markdown_table, write_atomic
 from rigid_envs.engine.provenance import provenance, versions
-from rigid_envs.envs.display import needed
 from rigid_envs.scores.leaderboard import file_of
 from rigid_envs.systems import modules_of_all
 from rigid_envs.tools.motions import motion_of
@@ -21,10 +19,6 @@ from rigid_envs.tools.pages.films import sources_hash
 from rigid_envs.watch import figures
 from rigid_envs.watch.pictures import tiled
 from rigid_envs.watch.replays.page import write_html
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 
 # Figures of rigid-body rotation: simulation against closed form, each with the number it shows.
 #
@@ -73,40 +67,12 @@ def make(entry: figures.Exhibit, *, svg: bool = True) -> Made:
     Raises:
         DependencyNotInstalled: matplotlib is missing.
     """
-    needed("matplotlib", "figures need matplotlib")
+    figure, numbers = entry.compose()
     from matplotlib import rc_context
 
     with rc_context(cast(Any, figures.STYLE)):
-        figure, numbers = compose(entry)
         vector = file_of(figure, "svg", _SVG) if svg else b""
         return Made(entry, file_of(figure, "png", _PNG), vector, numbers)
-
-
-def compose(entry: figures.Exhibit) -> tuple[Figure, tuple[figures.Match, ...]]:
-    """A figure with all that belongs to it, not yet a picture, and its numbers.
-
-    Args:
-        entry: of the registry.
-    """
-    figure, height = figures.new_figure(entry.size), entry.size[1]
-    numbers = entry.draw(figure)
-    # Title on top; at the bottom the legend of the figure, if it has one, and the numbers.
-    figure.text(
-        0.014, 1.0 - 0.1 / height, entry.title,
-        va="top", fontsize=12.5, fontweight="bold", in_layout=False,
-    )  # fmt: skip
-    figure.text(
-        0.014, 0.09 / height, "\n".join(map(str, numbers)),
-        va="bottom", fontsize=8.5, color=figures.MUTED, linespacing=1.35, in_layout=False,
-    )  # fmt: skip
-    below = 0.14 + 0.165 * len(numbers)
-    for legend in figure.legends:
-        legend.set_in_layout(False)
-        legend.set_loc("lower center")
-        legend.set_bbox_to_anchor((0.5, below / height))
-        below += 0.07 + 0.2 * math.ceil(len(legend.get_texts()) / legend._ncols)  # type: ignore[attr-defined]
-    figures.lay_out(figure, below, 0.38)
-    return figure, numbers
 
 
 # The page of the gallery, in Markdown, from the data of the figures.
@@ -124,6 +90,14 @@ _INTRODUCTION = (
     "`pip install 'rigid-envs[render]'`, then `rigid-envs gallery --out DIR` makes all of them as "
     "PNG and SVG, and of what moves an interactive replay, NAME.html, to be opened in a browser; "
     "`rigid-envs gallery NAME ... --out DIR` makes some, `rigid-envs gallery --list` names them.",
+    "Every figure is a function of its parameters, and gives a figure of matplotlib; those of the "
+    "gallery are the defaults. Its code stands below it, without helpers.",
+    """```python
+from rigid_envs.systems.free_body.figures import flip
+
+figure = flip(moments=(1.0, 1.5, 2.0), omega=(0.05, 2.0, 0.0), duration=30.0)
+figure.savefig("flip.png")
+```""",
 )
 
 
@@ -145,7 +119,7 @@ def page(document: Mapping[str, Any], folder: str) -> str:
 
 
 def _section(figure: Mapping[str, Any], folder: str) -> list[str]:
-    """Heading with an anchor of the figure's name, picture, caption, law, numbers, command."""
+    """Anchor of the figure's name, heading, picture, caption, law, numbers, command, code."""
     return [
         f'<a id="{figure["name"]}"></a>\n\n## {figure["title"]}',
         f"![{figure['title']}]({folder}/{figure['files']['png']})",
@@ -153,7 +127,14 @@ def _section(figure: Mapping[str, Any], folder: str) -> list[str]:
         f"```text\n{figure['law']}\n```",
         markdown_table(_NUMBERS, map(_cells, figure["numbers"]), "<>>>>"),
         f"`{figure['command']}`. Source: {figure['source']}.",
+        *_code(FIGURES[figure["name"]]),
     ]
+
+
+def _code(entry: figures.Exhibit) -> list[str]:
+    """A block that opens, with the function that draws a figure."""
+    told = f"Code, in <code>{entry.draw.__module__}</code>"
+    return [f"<details><summary>{told}</summary>", f"```python\n{entry.code}```", "</details>"]
 
 
 def _cells(number: Mapping[str, Any]) -> tuple[str, ...]:

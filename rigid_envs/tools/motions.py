@@ -11,7 +11,7 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.systems.heavy_top import closed_forms as theory
-from rigid_envs.systems.heavy_top.figures import PARAMETERS, TOP, start
+from rigid_envs.systems.heavy_top.figures import TOP, parameters
 from rigid_envs.watch.films import play_episode
 from rigid_envs.watch.replays.replay import PastEpisode, Replay, play_again
 
@@ -60,8 +60,7 @@ def _tops(cases: Mapping[str, tuple[float, float, float]], seconds: float) -> Re
     """Tops by label, each from its tilt, rate of precession and spin."""
     starts = {}
     for label, (tilt, precession, spin) in cases.items():
-        y = start(tilt, precession, spin)
-        starts[label] = {key: y[TOP.components[key]] for key in ("q", "omega_body")}
+        starts[label] = {"tilt": tilt, "precession": precession, "spin": spin}
     config = {"I_perp": TOP.I1, "I3": TOP.I3, "m": TOP.m, "g": TOP.g, "ell": TOP.ell}
     return _played(_TOP, starts, _idle(_TOP, seconds), config)
 
@@ -74,13 +73,13 @@ def _nutation() -> Replay:
 
 def _precession() -> Replay:
     tilt, spin = math.radians(50.0), 6.0
-    slow, fast = theory.steady_precession(tilt, spin, **PARAMETERS)
+    slow, fast = theory.steady_precession(tilt, spin, **parameters(TOP))
     cases = {"slow": float(slow), "fast": float(fast)}
     return _tops({label: (tilt, rate, spin) for label, rate in cases.items()}, 15.0)
 
 
 def _sleeping() -> Replay:
-    threshold = float(theory.sleeping_threshold(**PARAMETERS))
+    threshold = float(theory.sleeping_threshold(**parameters(TOP)))
     shares = (0.5, 0.9, 1.1)
     return _tops({f"{x:g} threshold": (0.01, 0.0, x * threshold) for x in shares}, 30.0)
 

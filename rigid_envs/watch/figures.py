@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, Bools
+from rigid_envs.base.checks import Array, Bools, one_named
+from rigid_envs.envs.display import needed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -70,8 +72,12 @@ class Match(NamedTuple):
         }
 
 
+Draw = Callable[..., tuple[Match, ...]]
+"""Draws into an empty figure, with parameters of its own, and gives the numbers that it shows."""
+
+
 class Exhibit(NamedTuple):
-    """A figure.
+    """A figure, and the function that makes it: ``flip(omega=(0.1, 1.0, 0.1))``.
 
     Attributes:
         name: on the command line, and of the files.
@@ -79,7 +85,7 @@ class Exhibit(NamedTuple):
         caption: what is seen, in one or two sentences.
         law: equation in plain text.
         source: book or paper of the law.
-        draw: draws into an empty figure, and returns the numbers that it shows, the main one first.
+        draw: draws it; its keywords are the parameters, its numbers begin with the main one.
         size: width and height [inch].
     """
 
@@ -88,7 +94,7 @@ class Exhibit(NamedTuple):
     caption: str
     law: str
     source: str
-    draw: Callable[[Figure], tuple[Match, ...]]
+    draw: Draw
     size: tuple[float, float]
 
     @property
@@ -96,10 +102,62 @@ class Exhibit(NamedTuple):
         """The command that makes the figure."""
         return f"rigid-envs gallery {self.name} --out DIR"
 
+    @property
+    def code(self) -> str:
+        """Source of the function that draws it, without its helpers."""
+        source = inspect.getsource(self.draw)
+        return source[source.index("def ") :]
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        """What a call takes: the keywords of `draw`, with those of the gallery left out."""
+        signature = inspect.signature(self.draw)
+        return signature.replace(parameters=[*signature.parameters.values()][1:])
+
+    def __call__(self, **parameters: Any) -> Figure:
+        """The figure, with title, legend and numbers.
+
+        Args:
+            **parameters: in place of those of the gallery, by the names of `draw`.
+
+        Raises:
+            DependencyNotInstalled: matplotlib is missing.
+            ValueError: a parameter that the figure does not take, or one that makes no sense.
+        """
+        return self.compose(**parameters)[0]
+
+    def compose(self, **parameters: Any) -> tuple[Figure, tuple[Match, ...]]:
+        """The same with its numbers."""
+        needed("matplotlib", "figures need matplotlib")
+        from matplotlib import rc_context
+
+        for name in parameters:
+            one_named(name, self.__signature__.parameters, "parameter")
+        with rc_context(cast(Any, STYLE)):
+            figure, height = new_figure(self.size), self.size[1]
+            numbers = self.draw(figure, **parameters)
+            # Title on top; at the bottom the legend of the figure, if it has one, and the numbers.
+            figure.text(
+                0.014, 1.0 - 0.1 / height, self.title,
+                va="top", fontsize=12.5, fontweight="bold", in_layout=False,
+            )  # fmt: skip
+            figure.text(
+                0.014, 0.09 / height, "\n".join(map(str, numbers)),
+                va="bottom", fontsize=8.5, color=MUTED, linespacing=1.35, in_layout=False,
+            )  # fmt: skip
+            below = 0.14 + 0.165 * len(numbers)
+            for legend in figure.legends:
+                legend.set_in_layout(False)
+                legend.set_loc("lower center")
+                legend.set_bbox_to_anchor((0.5, below / height))
+                below += 0.07 + 0.2 * math.ceil(len(legend.get_texts()) / legend._ncols)  # type: ignore[attr-defined]
+            lay_out(figure, below, 0.38)
+        return figure, numbers
+
 
 def exhibit(
     *, title: str, caption: str, law: str, source: str, size: tuple[float, float] = (7.2, 4.2)
-) -> Callable[[Callable[[Figure], tuple[Match, ...]]], Exhibit]:
+) -> Callable[[Draw], Exhibit]:
     """Decorator that makes a figure of the function that draws it, with its name.
 
     Args:

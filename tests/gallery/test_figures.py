@@ -1,5 +1,6 @@
 """Every figure of the gallery and its motion: its numbers hold, and it is the same each time."""
 
+import inspect
 import struct
 
 import numpy as np
@@ -8,7 +9,8 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from rigid_envs.base.checks import ConfigError, one_named
-from rigid_envs.tools.gallery import FIGURES, compose, make, write_figures
+from rigid_envs.systems import HeavyTop, RollingDisk
+from rigid_envs.tools.gallery import FIGURES, make, write_figures
 from rigid_envs.tools.motions import MOTIONS, motion_of
 from rigid_envs.watch.figures import DPI, STYLE, Match
 
@@ -23,8 +25,8 @@ def each(names):
 
 @pytest.fixture(scope="module", params=each(FIGURES))
 def drawn(request):
+    figure, numbers = FIGURES[request.param].compose()
     with rc_context(STYLE):
-        figure, numbers = compose(FIGURES[request.param])
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
     return figure, numbers, canvas
@@ -35,6 +37,49 @@ def test_numbers_lie_within_their_bounds_of_the_closed_form(drawn):
     assert numbers
     for number in numbers:
         assert number.holds, str(number)
+
+
+TOP = HeavyTop(1.2, 1.2, 0.6, m=1.0, g=9.81, ell=0.15)
+OWN = {
+    "racket": {"spin": 9.0, "part": 0.05},
+    "flip": {"moments": (1.0, 1.5, 2.2), "omega": (0.1, 2.0, 0.0), "duration": 20.0},
+    "polhodes": {"moments": (0.8, 1.1, 1.7)},
+    "herpolhode": {"moments": (0.8, 1.1, 1.7), "omega": (0.2, 0.9, 0.7), "periods": 2.0},
+    "cones": {"spin": 3.0, "part": 0.2},
+    "chandler": {"wobble": 0.3, "observed": 430.0},
+    "nutation": {"top": TOP, "tilt": 0.8, "spin": 8.0, "precessions": (0.3, 0.0, -0.3)},
+    "potential": {"top": TOP, "tilt": 0.7, "spin": 6.0},
+    "precession": {"top": TOP, "tilt": 1.0, "spin": 7.0},
+    "sleeping": {"top": TOP, "push": 0.02, "spins": (0.3, 0.7, 1.2)},
+    "disk": {"wheel": RollingDisk.hoop(2.0, 0.4), "tilt": 1.2, "nutation": 0.8, "circle": 2.0},
+    "steady_circles": {"wheel": RollingDisk.hoop(2.0, 0.4), "radii": (0.7, 1.2, 1.8)},
+    "coin": {"torque": 0.01, "slope": 0.2, "speed": 0.8},
+    "turntable": {"rate": 1.5, "beta": 2.0 / 3.0, "tilt": 0.03},
+    "holonomy": {"largest": 1.2, "n_circles": 9},
+    "brackets": {"smallest": 0.01, "largest": 0.5, "beside": 1.0},
+    "shortest": {"turns": (30.0, 60.0, 100.0, 170.0), "place": (2.0, -3.0), "turn": 70.0},
+    "race": {"slope": 0.6, "height": 2.0},
+    "slipping": {"mu": 0.2, "speed": 2.0, "beta": 0.5},
+    "pump": {"beta_change": 0.4, "start": -0.3, "rim": 1.1},
+}
+
+
+@pytest.mark.parametrize("name", each(OWN))
+def test_a_figure_of_ones_own_parameters_agrees_with_the_closed_form_too(name):
+    figure, numbers = FIGURES[name].compose(**OWN[name])
+    assert all(number.holds for number in numbers), numbers
+    own, usual = (FigureCanvasAgg(each) for each in (figure, FIGURES[name]()))
+    own.draw(), usual.draw()
+    assert not np.array_equal(own.buffer_rgba(), usual.buffer_rgba())
+
+
+def test_every_figure_has_parameters_and_refuses_others_with_the_nearest():
+    for name, entry in FIGURES.items():
+        taken = inspect.signature(entry).parameters
+        assert OWN[name].keys() <= taken.keys(), name
+        assert all(each.kind is each.KEYWORD_ONLY for each in taken.values()), name
+    with pytest.raises(ConfigError, match=r"parameter = 'omga'; .* did you mean 'omega'\?"):
+        FIGURES["flip"](omga=(0.0, 1.0, 0.0))
 
 
 def test_nothing_is_cut_off_by_the_edge_of_the_picture(drawn):

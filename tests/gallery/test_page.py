@@ -52,6 +52,19 @@ def test_page_is_that_of_the_data_and_names_every_figure(document):
         assert entry.caption in text and entry.law in text and entry.command in text
 
 
+def test_code_of_the_gallery_is_what_draws(tmp_path, monkeypatch):
+    """The example runs here, each of the others where its figure is drawn: in test_figures.py."""
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "docs" / "gallery.md").read_text()
+    example, *sources = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    names = {}
+    exec(example, names)
+    assert (tmp_path / "flip.png").read_bytes().startswith(b"\x89PNG")
+    top, *_ = names["figure"].axes
+    assert top.get_xlim() == (0.0, 30.0)
+    assert sources == [entry.code for entry in FIGURES.values()]
+
+
 def test_data_holds_numbers_within_bounds_and_provenance(document):
     assert {"versions", "kernel_hash", "git_commit"} <= document["provenance"].keys()
     assert "matplotlib" in document["provenance"]["versions"]

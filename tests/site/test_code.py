@@ -49,6 +49,7 @@ PAGES = sorted(
 ELSEWHERE = {
     "docs/control.md": "tests/test_docs.py::test_the_page_on_control_prints_what_it_says",
     "docs/datasets.md": "tests/datasets/test_datasets.py::test_the_page_runs",
+    "docs/gallery.md": "tests/gallery/test_page.py::test_code_of_the_gallery_is_what_draws",
     "docs/extending.md": "tests/test_registry.py::test_the_script_of_the_page_runs",
     "docs/policies.md": "tests/policies/test_published.py::"
     "test_the_example_of_the_page_loads_acts_and_evaluates",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigid_envs.base.checks import Array
 from rigid_envs.systems.dynamic_ball import closed_forms as theory
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.watch import figures
@@ -15,14 +16,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_RATE = 2.0 * math.pi / 3.0  # rad/s
-_BALL = DynamicBall(m=1.0, radius=0.05, beta=0.4, turntable_rate=_RATE)
 _STARTS = (
     ((0.5, 0.0), (0.0, 0.45), figures.BLUE),
     ((0.0, -0.55), (0.1, 0.05), figures.GREEN),
     ((-0.35, 0.45), (0.12, -0.1), figures.RED),
 )
-_PERIOD = 2.0 * math.pi / (0.4 / 1.4 * _RATE)
 
 
 @figures.exhibit(
@@ -34,59 +32,73 @@ _PERIOD = 2.0 * math.pi / (0.4 / 1.4 * _RATE)
     source="Weltner 1979, doi:10.1119/1.11602; Neimark & Fufaev, chapter III",
     size=(7.2, 4.2),
 )
-def turntable(figure: Figure) -> tuple[figures.Match, ...]:
-    """Simulate three balls, compare them with their circles; one on a tilted turntable."""
+def turntable(
+    figure: Figure,
+    *,
+    rate: float = 2.0 * math.pi / 3.0,
+    beta: float = 0.4,
+    tilt: float = math.radians(1.0),
+) -> tuple[figures.Match, ...]:
+    """Simulate three balls, compare them with their circles; one on a tilted turntable.
+
+    Args:
+        figure: empty.
+        rate: of the turntable [rad/s].
+        beta: inertia ratio of the balls: 2/5 solid, 2/3 hollow.
+        tilt: of the tilted one [rad].
+    """
+    ball = DynamicBall(m=1.0, radius=0.05, beta=beta, turntable_rate=rate)
+    period = 2.0 * math.pi / (beta / (1.0 + beta) * rate)
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.3))
     figures.bare(left)
     left.set_title("level turntable, seen from above")
     a = np.linspace(0.0, 2.0 * math.pi, 181)
     left.fill(np.cos(a), np.sin(a), fc="#f1f4f8", ec=figures.MUTED, lw=1.0, zorder=1)
-    t = np.linspace(0.0, _PERIOD, 181)
+    t = np.linspace(0.0, period, 181)
     errors, turned = [], []
     for place, velocity, color in _STARTS:
-        y = _BALL.state(position=place, velocity=velocity)
-        position = _BALL.simulate(y, t)["position"]
+        y = ball.state(position=place, velocity=velocity)
+        position = ball.simulate(y, t)["position"]
         circle = theory.turntable_circle(
-            place, _BALL.omega_world(y), beta=0.4, radius=0.05, turntable_rate=_RATE
+            place, ball.omega_world(y), beta=beta, radius=0.05, turntable_rate=rate
         )
         arm = complex(*(np.array(place) - circle.centre))
         exact = complex(*circle.centre) + arm * np.exp(1j * circle.rate * t)
         errors.append(float(np.max(np.abs(position @ [1.0, 1j] - exact))))
         around = np.unwrap(np.angle(position @ [1.0, 1j] - complex(*circle.centre)))
-        turned.append(float(around[-1] - around[0]) / (_RATE * t[-1]))
+        turned.append(float(around[-1] - around[0]) / (rate * t[-1]))
         left.plot(*position.T, color=color)
         left.plot(exact.real[::12], exact.imag[::12], "o", ms=3, color=figures.BLACK, zorder=4)
         left.plot(*circle.centre, "+", color=color, ms=8)
         left.plot(*place, "o", color=color, ms=8, zorder=3)
     tip, tail = (0.93 * np.array([math.cos(at), math.sin(at)]) for at in (-0.5, -0.9))
     figures.page_arrow(left, tail, tip, figures.MUTED, connectionstyle="arc3,rad=0.15")
-    errors.append(_tilted(right))
+    errors.append(_tilted(right, ball, tilt, np.linspace(0.0, 2.0 * period, 361)))
     left.plot([], [], color=figures.MUTED, label="simulated")
     left.plot([], [], "o", ms=3.5, color=figures.BLACK, label="closed form")
     figure.legend(ncols=2)
     return (
-        figures.Match("rounds of the ball per round of the table", turned[0], 2.0 / 7.0, 1e-9),
+        figures.Match(
+            "rounds of the ball per round of the table", turned[0], beta / (1.0 + beta), 1e-9
+        ),
         figures.Match(
             "largest error of the paths against the closed form", max(errors), 0.0, 1e-9, "m"
         ),
     )
 
 
-def _tilted(axes: Axes) -> float:
-    """One degree of tilt, pushed off against the drift."""
-    tilt = math.radians(1.0)
-    axes.set_title("turntable tilted by 1 degree: drift [m]")
-    t = np.linspace(0.0, 2.0 * _PERIOD, 361)
-    y = _BALL.state(tilt=[tilt, 0.0], velocity=[-0.35, 0.0])
-    position = _BALL.simulate(y, t)["position"]
+def _tilted(axes: Axes, ball: DynamicBall, tilt: float, t: Array) -> float:
+    """A ball that is pushed off against the drift."""
+    axes.set_title(f"turntable tilted by {math.degrees(tilt):g} degree: drift [m]")
+    y = ball.state(tilt=[tilt, 0.0], velocity=[-0.35, 0.0])
+    motion, table = ball.simulate(y, t), {"beta": ball.beta, "turntable_rate": ball.turntable_rate}
+    position, centre = motion["position"], motion["centre"]
     exact = theory.roll_on_plate(
-        t, [0.0, 0.0], _BALL.omega_world(y),
-        beta=0.4, radius=0.05, turntable_rate=_RATE, tilt=tilt, g=9.81,
-    )  # fmt: skip
-    centre = _BALL.centre(_BALL.simulate(y, t).y)
+        t, [0.0, 0.0], ball.omega_world(y), **table, radius=0.05, tilt=tilt, g=9.81
+    )
     axes.plot(*position.T, color=figures.PURPLE)
     axes.plot(*position[::12].T, "o", ms=3, color=figures.BLACK, zorder=4)
-    drift = theory.drift_across_slope(beta=0.4, turntable_rate=_RATE, tilt=tilt, g=9.81)
+    drift = theory.drift_across_slope(**table, tilt=tilt, g=9.81)
     figures.page_arrow(axes, [0.0, 1.2], [drift * t[-1], 1.2], figures.MUTED)
     axes.text(0.5 * drift * t[-1], 1.3, "mean drift, closed form", ha="center", color=figures.MUTED)
     axes.set_aspect("equal")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
+import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
@@ -56,13 +57,23 @@ _AXES = ("least moment", "intermediate moment", "largest moment")
     source="Goldstein, section 5.6; Ashbaugh, Chicone & Cushman 1991, doi:10.1007/BF01049489",
     size=(7.2, 4.6),
 )
-def racket(figure: Figure) -> tuple[Match, ...]:
-    """Simulate six throws; compare the flips about the intermediate axis with theory."""
+def racket(
+    figure: Figure, *, spin: float = _RACKET_SPIN, part: float = _PART, duration: float = 3.0
+) -> tuple[Match, ...]:
+    """Simulate six throws; compare the flips about the intermediate axis with theory.
+
+    Args:
+        figure: empty.
+        spin: about one axis [rad/s].
+        part: of it, about the two others.
+        duration: of a throw [s].
+    """
     panels = figure.subplots(2, 3, height_ratios=(1.0, 1.25), sharey="row")
     numbers = []
     for body, name, color in ((tennis_racket(), "racket", BLUE), (book(), "book", RED)):
         for k, axes in enumerate(panels[1]):
-            error = _throw(axes, body, k, color, name)
+            omega0 = spin * np.where(np.arange(3) == k, 1.0, part)
+            error = _throw(axes, body, k, omega0, duration, name, color)
             if k == 1:
                 numbers.append(error)
     for k, (sketch, axes) in enumerate(panels.T):
@@ -71,19 +82,20 @@ def racket(figure: Figure) -> tuple[Match, ...]:
         _draw_racket(sketch, k)
         _draw_book(sketch, k)
         sketch.set_xlim(-0.72, 0.72), sketch.set_ylim(-0.34, 0.36)
-        axes.set_ylim(-1.12, 1.12), axes.set_xlim(0.0, 3.0)
+        axes.set_ylim(-1.12, 1.12), axes.set_xlim(0.0, duration)
         axes.set_xlabel("time [s]")
     panels[1, 0].set_ylabel("e . L / |L|")
     figure.legend(*panels[1, 0].get_legend_handles_labels(), ncols=2)
     return tuple(numbers)
 
 
-def _throw(axes: Axes, body: Body, k: int, color: str, name: str) -> Match:
+def _throw(
+    axes: Axes, body: Body, k: int, omega0: Array, duration: float, name: str, color: str
+) -> Match:
     """Spin about the axis k: cosine of the angle between it and L; the first flip."""
     moments = body.principal().moments
     system = FreeBody(*moments.tolist())
-    omega0 = _RACKET_SPIN * np.where(np.arange(3) == k, 1.0, _PART)
-    t = np.linspace(0.0, 3.0, 601)
+    t = np.linspace(0.0, duration, 601)
     motion = system.simulate(system.state(omega_body=omega0), t)
     L = motion["L_body"]
     axes.plot(t, L[:, k] / np.linalg.norm(L, axis=-1), color=color, label=name)
@@ -139,9 +151,7 @@ def _spin_axis(
 
 # The Dzhanibekov flip: sixty seconds beside the intermediate axis.
 
-_BODY = FreeBody(1.0, 2.0, 3.0)
-_MOMENTS, _TENSOR = _BODY.moments, np.diag(_BODY.moments)
-_FLIP_OMEGA = (0.01, 1.0, 0.01)
+_MOMENTS = (1.0, 2.0, 3.0)
 
 
 @exhibit(
@@ -153,24 +163,38 @@ _FLIP_OMEGA = (0.01, 1.0, 0.01)
     source="Landau & Lifshitz, Mechanics, section 37",
     size=(7.2, 5.0),
 )
-def flip(figure: Figure) -> tuple[Match, ...]:
-    """Simulate 60 s, compare with Jacobi's functions; spreads of both integrals."""
-    t = np.linspace(0.0, 60.0, 1201)
-    motion = _BODY.simulate(_BODY.state(omega_body=_FLIP_OMEGA), t)
-    omega, exact = motion["omega_body"], theory.omega(t, _MOMENTS, _FLIP_OMEGA)
+def flip(
+    figure: Figure,
+    *,
+    moments: tuple[float, float, float] = _MOMENTS,
+    omega: npt.ArrayLike = (0.01, 1.0, 0.01),
+    duration: float = 60.0,
+) -> tuple[Match, ...]:
+    """Simulate a minute, compare with Jacobi's functions; spreads of both integrals.
+
+    Args:
+        figure: empty.
+        moments: principal moments, shape (3,) [kg m^2].
+        omega: angular velocity in the body at first, shape (3,) [rad/s].
+        duration: of the motion [s].
+    """
+    t = np.linspace(0.0, duration, 1201)
+    body = FreeBody(*moments)
+    motion = body.simulate(body.state(omega_body=omega), t)
+    simulated, exact = motion["omega_body"], theory.omega(t, moments, omega)
     squares = np.sum(motion["L_body"] ** 2, axis=-1)
     twice = 2.0 * motion["kinetic_energy"]
     top, middle, bottom = figure.subplots(3, 1, sharex=True, height_ratios=(2.6, 1.0, 1.0))
     for k, color in enumerate((BLUE, RED, GREEN)):
-        top.plot(t, omega[:, k], color=color, label=f"omega{k + 1}", zorder=3)
+        top.plot(t, simulated[:, k], color=color, label=f"omega{k + 1}", zorder=3)
         top.plot(t[::24], exact[::24, k], ".", ms=3.5, color=BLACK, zorder=5)
     top.plot([], [], ".", ms=5, color=BLACK, label="closed form")
-    path = theory.polhode(_MOMENTS, _FLIP_OMEGA)
+    path = theory.polhode(moments, omega)
     first = -path.start / path.rate % path.flip_interval
-    for time in np.arange(first, 60.0, path.flip_interval):
+    for time in np.arange(first, duration, path.flip_interval):
         top.axvline(time, color=MUTED, lw=0.9, ls=":")
     top.set_title("angular velocity in the body [rad/s]; dotted: flips, by the closed form")
-    top.set_xlim(0.0, 60.0)
+    top.set_xlim(0.0, duration)
     figure.legend(ncols=4)
     for axes, values, unit, name in (
         (middle, squares, 1e-15, "L$^2$"),
@@ -179,7 +203,7 @@ def flip(figure: Figure) -> tuple[Match, ...]:
         axes.plot(t, (values / values[0] - 1.0) / unit, color=MUTED, lw=1.0)
         axes.set_title(f"relative change of {name}, in units of {unit:.0e}")
     bottom.set_xlabel("time [s]")
-    error = float(np.max(np.abs(omega - exact)))
+    error = float(np.max(np.abs(simulated - exact)))
     return (
         Match("largest error of omega against Jacobi's functions", error, 0.0, 1e-9, "rad/s"),
         Match("relative spread of L^2", float(np.ptp(squares) / squares[0]), 0.0, 1e-13),
@@ -190,7 +214,8 @@ def flip(figure: Figure) -> tuple[Match, ...]:
 # Polhodes on the inertia ellipsoid, with the separatrices.
 
 _POLHODES_EYE = Eye(55.0, 20.0)
-_ABOUT_E1, _ABOUT_E3 = (1.06, 1.22, 1.45, 1.72, 1.93), (2.06, 2.2, 2.42, 2.66, 2.88)
+_SHARES = ((0.06, 0.22, 0.45, 0.72, 0.93), (0.06, 0.2, 0.42, 0.66, 0.88))
+"""Of L^2 between two moments, where 2 T = 1: about e1 and about e3."""
 
 
 def rates(moments: Array, L_squared: float, side: tuple[float, float]) -> Array:
@@ -208,30 +233,38 @@ def rates(moments: Array, L_squared: float, side: tuple[float, float]) -> Array:
 
 
 @exhibit(
-    title="Polhodes on the inertia ellipsoid of the moments 1, 2, 3",
-    caption="Where the angular velocity can go in the body at one energy: each polhode is the "
-    "cut of the ellipsoid with a sphere of constant |L|. They circle the axes of the least and of "
-    "the largest moment; the two separatrices cross on the intermediate axis e2. "
-    "Thin lines are on the far side.",
+    title="Polhodes on the inertia ellipsoid",
+    caption="Where the angular velocity can go at one energy in a body of the moments 1, 2, 3: "
+    "each polhode is the cut of the ellipsoid with a sphere of constant |L|. They circle the axes "
+    "of the least and of the largest moment; the two separatrices cross on the intermediate axis "
+    "e2. Thin lines are on the far side.",
     law="omega . I omega = 2 T,  |I omega|^2 = L^2;  omega = (a1 cn u, a2 sn u, a3 dn u)",
     source="Landau & Lifshitz, Mechanics, section 37; Goldstein, section 5.6",
     size=(7.2, 5.4),
 )
-def polhodes(figure: Figure) -> tuple[Match, ...]:
-    """Simulate twenty polhodes, compare them with Jacobi's functions."""
+def polhodes(
+    figure: Figure, *, moments: tuple[float, float, float] = _MOMENTS
+) -> tuple[Match, ...]:
+    """Simulate twenty polhodes, compare them with Jacobi's functions.
+
+    Args:
+        figure: empty.
+        moments: principal moments, ascending, shape (3,) [kg m^2].
+    """
     axes = figure.subplots()
     bare(axes)
-    semi_axes = 1.0 / np.sqrt(_MOMENTS)
+    I = np.asarray(moments, dtype=np.float64)  # noqa: E741
+    semi_axes = 1.0 / np.sqrt(I)
     solid(axes, _POLHODES_EYE, semi_axes)
     surface_grid(axes, _POLHODES_EYE, semi_axes)
     errors = []
-    families = ((_ABOUT_E1, BLUE, (1.0, 0.1)), (_ABOUT_E3, GREEN, (0.1, 1.0)))
-    for levels, color, axis in families:
-        for level in levels:
+    families = ((BLUE, (1.0, 0.1)), (GREEN, (0.1, 1.0)))
+    for k, (color, axis) in enumerate(families):
+        for level in I[k] + (I[k + 1] - I[k]) * np.array(_SHARES[k]):
             for side in (1.0, -1.0):
                 signs = tuple(np.sign(side * np.array(axis)))
-                errors.append(_polhode(axes, rates(_MOMENTS, level, signs), color))
-    _separatrices(axes)
+                errors.append(_polhode(axes, I, rates(I, level, signs), color))
+    _separatrices(axes, I)
     _axes_of_body(axes, semi_axes)
     for color, text in (
         (BLUE, "polhodes about e1, least moment: stable"),
@@ -244,26 +277,26 @@ def polhodes(figure: Figure) -> tuple[Match, ...]:
     return (Match("largest error of omega against Jacobi's functions", error, 0.0, 1e-9, "rad/s"),)
 
 
-def _polhode(axes: Axes, omega0: Array, color: str) -> float:
-    t = np.linspace(0.0, theory.polhode(_MOMENTS, omega0).period, 241)
-    omega = _BODY.simulate(_BODY.state(omega_body=omega0), t)["omega_body"]
+def _polhode(axes: Axes, moments: Array, omega0: Array, color: str) -> float:
+    t, body = np.linspace(0.0, theory.polhode(moments, omega0).period, 241), FreeBody(*moments)
+    omega = body.simulate(body.state(omega_body=omega0), t)["omega_body"]
     curve(
         axes,
         _POLHODES_EYE,
         omega,
-        _POLHODES_EYE.faces(omega, _TENSOR),
+        _POLHODES_EYE.faces(omega, np.diag(moments)),
         color=color,
         faint=0.13,
     )
-    return float(np.max(np.abs(omega - theory.omega(t, _MOMENTS, omega0))))
+    return float(np.max(np.abs(omega - theory.omega(t, moments, omega0))))
 
 
-def _separatrices(axes: Axes) -> None:
+def _separatrices(axes: Axes, moments: Array) -> None:
     t = np.linspace(-40.0, 40.0, 801)
     for signs in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
-        start = rates(_MOMENTS, float(_MOMENTS[1]), signs)
-        omega = theory.omega(t, _MOMENTS, start)
-        seen = _POLHODES_EYE.faces(omega, _TENSOR)
+        start = rates(moments, float(moments[1]), signs)
+        omega = theory.omega(t, moments, start)
+        seen = _POLHODES_EYE.faces(omega, np.diag(moments))
         curve(axes, _POLHODES_EYE, omega, seen, color=RED, lw=2.2, faint=0.2)
 
 
@@ -275,8 +308,6 @@ def _axes_of_body(axes: Axes, semi_axes: Array) -> None:
 
 # The herpolhode: the inertia ellipsoid rolls on the invariable plane.
 
-_CONTACT_OMEGA = np.array([0.75, 0.1, 0.56])
-_PERIODS = 4.0
 _PLANE_EYE = Eye(-40.0, 11.0)
 
 
@@ -289,14 +320,28 @@ _PLANE_EYE = Eye(-40.0, 11.0)
     source="Goldstein, section 5.6; Landau & Lifshitz, Mechanics, section 37",
     size=(7.2, 4.3),
 )
-def herpolhode(figure: Figure) -> tuple[Match, ...]:
-    """Simulate the contact point and compare it with the elliptic integral of its angle."""
-    measures = theory.poinsot(_MOMENTS, _CONTACT_OMEGA)
-    t = np.linspace(0.0, _PERIODS * measures.period, 1801)
-    motion = _BODY.simulate(_BODY.state(omega_body=_CONTACT_OMEGA), t)
+def herpolhode(
+    figure: Figure,
+    *,
+    moments: tuple[float, float, float] = _MOMENTS,
+    omega: npt.ArrayLike = (0.75, 0.1, 0.56),
+    periods: float = 4.0,
+) -> tuple[Match, ...]:
+    """Simulate the contact point and compare it with the elliptic integral of its angle.
+
+    Args:
+        figure: empty.
+        moments: principal moments, shape (3,) [kg m^2].
+        omega: angular velocity in the body at first, shape (3,) [rad/s].
+        periods: rounds of the polhode.
+    """
+    measures = theory.poinsot(moments, omega)
+    t = np.linspace(0.0, periods * measures.period, 1801)
+    body = FreeBody(*moments)
+    motion = body.simulate(body.state(omega_body=omega), t)
     frame = _plane_axes(motion)
     in_plane = motion["omega_world"] @ frame.T  # third entry: minus the distance of the plane
-    radius, angle = theory.herpolhode(t, _MOMENTS, _CONTACT_OMEGA)
+    radius, angle = theory.herpolhode(t, moments, omega)
     # the picture has L pointing down, so that angles about L run the other way round
     closed = radius[:, None] * np.stack([np.cos(angle), -np.sin(angle)], axis=-1)
     left, right = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
@@ -327,13 +372,14 @@ def _draw_rolling(axes: Axes, motion: Trajectory, frame: Array, measures: theory
     axes.set_title("the ellipsoid rolls on the invariable plane")
     scale = np.sqrt(2.0 * measures.energy)
     turn = frame @ rotations.matrix_from_quaternion(motion["q"][0])
-    tensor = turn @ _TENSOR @ turn.T
+    moments = cast(FreeBody, motion.system).moments
+    tensor = turn @ np.diag(moments) @ turn.T
     plane = -measures.ellipsoid_distance
     corners = 0.98 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     axes.fill(
         *_PLANE_EYE.project(np.insert(corners, 2, plane, axis=1)).T, fc="#f7f3ec", ec="#d8cdb8"
     )
-    _draw_ellipsoid(axes, turn, tensor)
+    _draw_ellipsoid(axes, 1.0 / np.sqrt(moments), turn, tensor)
     polhode = motion["omega_body"] / scale @ turn.T
     curve(
         axes,
@@ -353,8 +399,7 @@ def _draw_rolling(axes: Axes, motion: Trajectory, frame: Array, measures: theory
     arrow(axes, _PLANE_EYE, [0.0, 0.0, plane], [0.0, 0.0, 1.35 * plane], "L", color=MUTED)
 
 
-def _draw_ellipsoid(axes: Axes, turn: Array, tensor: Array) -> None:
-    semi_axes = 1.0 / np.sqrt(_MOMENTS)
+def _draw_ellipsoid(axes: Axes, semi_axes: Array, turn: Array, tensor: Array) -> None:
     rim = circle(_PLANE_EYE.axes[2] @ turn / semi_axes, 1.0, np.zeros(3)) * semi_axes @ turn.T
     axes.fill(*_PLANE_EYE.project(rim).T, fc=SURFACE, ec=MUTED, lw=0.9, alpha=0.6, zorder=2)
     for axis in np.eye(3):
@@ -378,7 +423,7 @@ def _draw_plane(axes: Axes, simulated: Array, closed: Array, measures: theory.Po
 # Body and space cones of a frisbee and a football.
 
 _CONES_EYE = Eye(-90.0, 16.0)
-_CONES_SPIN, _TURNS = 2.0 * math.pi, 20.0  # rad/s about the axis of symmetry; simulated turns
+_TURNS = 20.0  # simulated turns about the axis of symmetry
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -392,12 +437,19 @@ _UP = np.array([0.0, 0.0, 1.0])
     "Hummel 2003 (frisbee), rules of the NFL (football)",
     size=(7.2, 4.1),
 )
-def cones(figure: Figure) -> tuple[Match, ...]:
-    """Draw both pairs of cones at the first moment; measure how fast the axis circles L."""
+def cones(figure: Figure, *, spin: float = 2.0 * math.pi, part: float = 0.45) -> tuple[Match, ...]:
+    """Draw both pairs of cones at the first moment; measure how fast the axis circles L.
+
+    Args:
+        figure: empty.
+        spin: about the axis of symmetry [rad/s].
+        part: of it, across the axis.
+    """
     left, right = figure.subplots(1, 2)
+    omega0 = spin * np.array([part, 0.0, 1.0])
     numbers = (
-        _thrown(left, "frisbee", frisbee(), 0.45, _draw_disk),
-        _thrown(right, "football", american_football(), 0.45, _draw_spheroid),
+        _thrown(left, "frisbee", frisbee(), omega0, _draw_disk),
+        _thrown(right, "football", american_football(), omega0, _draw_spheroid),
     )
     left.set_title("frisbee: I3 > I1, space cone inside")
     right.set_title("football: I3 < I1, space cone outside")
@@ -407,21 +459,20 @@ def cones(figure: Figure) -> tuple[Match, ...]:
     return numbers
 
 
-def _thrown(axes: Axes, name: str, body: Body, part: float, sketch: object) -> Match:
-    """Cones of a body with the axis e3, with a rate `part` of its spin across it."""
+def _thrown(axes: Axes, name: str, body: Body, omega0: Array, sketch: object) -> Match:
+    """Cones of a body with the axis e3."""
     moments = np.diag(body.inertia)
     system = FreeBody(*moments.tolist())
-    omega0 = _CONES_SPIN * np.array([part, 0.0, 1.0])
     cones = theory.symmetric_cones(moments, omega0)
-    t = np.linspace(0.0, _TURNS * 2.0 * math.pi / _CONES_SPIN, 2001)
+    t = np.linspace(0.0, _TURNS * 2.0 * math.pi / float(omega0[2]), 2001)
     motion = system.simulate(system.state(omega_body=omega0), t)
     L = motion["L_world"][0] / np.linalg.norm(motion["L_world"][0])
     axis = motion["R"][:, :, 2]
     across, beside = axis - np.outer(axis @ L, L), np.cross(L, axis[0])
     angle = np.unwrap(np.arctan2(across @ beside, across @ np.cross(beside, L)))
-    rate = (angle[-1] - angle[0]) / (t[-1] * _CONES_SPIN)
+    rate = (angle[-1] - angle[0]) / (t[-1] * omega0[2])
     _draw_cones(axes, cones, sketch)
-    exact = cones.space_rate / _CONES_SPIN
+    exact = cones.space_rate / float(omega0[2])
     return Match(f"{name}: wobbles of the axis per turn of omega3", float(rate), exact, 1e-9)
 
 
@@ -479,8 +530,6 @@ def _draw_spheroid(axes: Axes, e3: Array) -> None:
 
 _DAY, _SIDEREAL_DAY = 86400.0, 86164.0905  # s
 _ARCSECOND = math.pi / 648000.0
-_WOBBLE = 0.2 * _ARCSECOND  # angle between omega and the axis, as is observed
-_OBSERVED = 433.0  # days, of the elastic Earth
 
 
 @exhibit(
@@ -493,13 +542,19 @@ _OBSERVED = 433.0  # days, of the elastic Earth
     source="Goldstein, section 5.6; moments: IERS Conventions (2010), table 1.1",
     size=(7.2, 3.6),
 )
-def chandler(figure: Figure) -> tuple[Match, ...]:
-    """Simulate 500 days of the pole, compare its period with that of the cones."""
+def chandler(figure: Figure, *, wobble: float = 0.2, observed: float = 433.0) -> tuple[Match, ...]:
+    """Simulate 500 days of the pole, compare its period with that of the cones.
+
+    Args:
+        figure: empty.
+        wobble: angle between omega and the axis, as is observed [arcseconds].
+        observed: period of the elastic Earth [days].
+    """
     moments = np.diag(earth().inertia)
     moments = moments / moments[2]  # only ratios count for motion without torque
     body = FreeBody(*moments.tolist())
     rate = 2.0 * math.pi / _SIDEREAL_DAY
-    omega0 = rate * np.array([math.sin(_WOBBLE), 0.0, math.cos(_WOBBLE)])
+    omega0 = rate * _lean(wobble * _ARCSECOND)
     days = np.linspace(0.0, 500.0, 251)
     motion = body.simulate(body.state(omega_body=omega0), days * _DAY)
     pole = motion["omega_body"][:, :2] / rate / _ARCSECOND
@@ -517,13 +572,13 @@ def chandler(figure: Figure) -> tuple[Match, ...]:
         left.annotate(f"{day} d", 0.72 * place, ha="center", va="center", fontsize=8, color=MUTED)
     left.plot(0, 0, "+", color=BLACK)
     left.annotate("e3", (0, 0), (6, 5), textcoords="offset points", fontsize=8.5)
-    left.set_xticks([-0.2, 0.0, 0.2]), left.set_yticks([-0.2, 0.0, 0.2])
+    left.set_xticks([-wobble, 0.0, wobble]), left.set_yticks([-wobble, 0.0, wobble])
     right.set_title("component along e1 [arcsec]")
     right.plot(days, pole[:, 0], color=BLUE, label=f"simulated, rigid: {period:.1f} days")
-    cosine = 0.2 * np.cos(2.0 * math.pi * days[::10] / exact)
+    cosine = wobble * np.cos(2.0 * math.pi * days[::10] / exact)
     right.plot(days[::10], cosine, "o", ms=3, color=BLACK, label="closed form")
-    slow = 0.2 * np.cos(2.0 * math.pi * days / _OBSERVED)
-    right.plot(days, slow, color=RED, ls="--", lw=1.3, label=f"observed: {_OBSERVED:.0f} days")
-    right.set_xlabel("days"), right.set_ylim(-0.23, 0.23), right.set_xlim(0, 500)
+    slow = wobble * np.cos(2.0 * math.pi * days / observed)
+    right.plot(days, slow, color=RED, ls="--", lw=1.3, label=f"observed: {observed:.0f} days")
+    right.set_xlabel("days"), right.set_ylim(-1.15 * wobble, 1.15 * wobble), right.set_xlim(0, 500)
     figure.legend(ncols=3)
     return (Match("period of the rigid Earth's pole", float(period), exact, 1e-8, "days"),)

@@ -35,24 +35,19 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-# The top of all figures of the heavy top, and its closed forms by name.
+# The top of all figures of the heavy top, if no other is given, and what closed forms ask of one.
 
 TOP = HeavyTop()  # I1 = I2 = 1, I3 = 0.5, m g ell = 1: sleeps from a spin of 4 rad/s on
-PARAMETERS: dict[str, Any] = {"i_perp": TOP.I1, "i3": TOP.I3, "mgl": TOP.m * TOP.g * TOP.ell}
 
 
-def start(theta: float, precession: float, omega3: float) -> Array:
-    """State of the top without nutation at the first moment, phi = psi = 0.
+def parameters(top: HeavyTop) -> dict[str, Any]:
+    """Of the closed forms of a symmetric top."""
+    return {"i_perp": top.I1, "i3": top.I3, "mgl": top.m * top.g * top.ell}
 
-    Args:
-        theta: tilt [rad].
-        precession: phi' [rad/s].
-        omega3: axial angular velocity [rad/s].
-    """
-    euler = [0.0, theta, 0.0]
-    rates = [precession, 0.0, omega3 - precession * np.cos(theta)]
-    q = rotations.quaternion_from_euler(euler)
-    return TOP.state(q=q, omega_body=rotations.omega_body_from_euler_rates(euler, rates))
+
+def turning(top: HeavyTop, y: Array) -> tuple[Array, Array]:
+    """Angular velocity and attitude of a state, as closed forms take them."""
+    return top.omega_body(y), top.accessors["q"](y)
 
 
 def axis_of(q: Array) -> Array:
@@ -60,17 +55,10 @@ def axis_of(q: Array) -> Array:
     return rotations.rotate(q, np.array([0.0, 0.0, 1.0]))
 
 
-def closed_attitude(t: Array, y: Array) -> Array:
-    """Attitude of the top in closed form, shape (n, 4), from the state y at t = 0."""
-    omega, q = y[TOP.components["omega_body"]], y[TOP.components["q"]]
-    return theory.attitude(t, omega, q, **PARAMETERS)
-
-
 # Smooth, cusped and looping nutation, drawn by the axis of the top on the sphere.
 
 _EYE = Eye(-90.0, 50.0)
-_SPIN, _NUTATION_TILT = 6.0, math.radians(35.0)
-_KINDS = (("smooth", 0.22, BLUE), ("cusped: let go at rest", 0.0, RED), ("looping", -0.45, GREEN))
+_KINDS = (("smooth", BLUE), ("cusped: let go at rest", RED), ("looping", GREEN))
 
 
 @exhibit(
@@ -82,12 +70,28 @@ _KINDS = (("smooth", 0.22, BLUE), ("cusped: let go at rest", 0.0, RED), ("loopin
     source="Goldstein, section 5.7; Whittaker, Analytical Dynamics, chapter VI",
     size=(7.2, 4.1),
 )
-def nutation(figure: Figure) -> tuple[Match, ...]:
-    """Simulate three starts that differ in the first rate of precession alone."""
+def nutation(
+    figure: Figure,
+    *,
+    top: HeavyTop = TOP,
+    tilt: float = math.radians(35.0),
+    spin: float = 6.0,
+    precessions: tuple[float, float, float] = (0.22, 0.0, -0.45),
+) -> tuple[Match, ...]:
+    """Simulate three starts that differ in the first rate of precession alone.
+
+    Args:
+        figure: empty.
+        top: symmetric.
+        tilt: at first [rad].
+        spin: omega . e3 [rad/s].
+        precessions: rates phi' at first [rad/s].
+    """
     panels = figure.subplots(1, 3)
     errors = []
-    for axes, (name, precession, color) in zip(panels, _KINDS, strict=True):
-        errors.append(_trace(axes, precession, color))
+    for axes, precession, (name, color) in zip(panels, precessions, _KINDS, strict=True):
+        y = top.state(tilt=tilt, precession=precession, spin=spin)
+        errors.append(_trace(axes, top, y, color))
         axes.set_title(f"{name}\nphi' = {precession:g} rad/s at the top", loc="center")
     panels[0].plot([], [], color=MUTED, label="axis, simulated")
     panels[0].plot([], [], ".", color=BLACK, label="closed form")
@@ -96,17 +100,15 @@ def nutation(figure: Figure) -> tuple[Match, ...]:
     return (Match("largest error of the axis against the closed form", max(errors), 0.0, 1e-8),)
 
 
-def _trace(axes: Axes, precession: float, color: str) -> float:
+def _trace(axes: Axes, top: HeavyTop, y: Array, color: str) -> float:
     bare(axes)
-    y = start(_NUTATION_TILT, precession, _SPIN)
-    omega, q = y[TOP.components["omega_body"]], y[TOP.components["q"]]
-    nod = theory.nutation(omega, q, **PARAMETERS)
+    nod = theory.nutation(*turning(top, y), **parameters(top))
     t = np.linspace(0.0, 25.0 * nod.period, 5001)
-    axis = axis_of(TOP.simulate(y, t)["q"])
+    axis = axis_of(top.simulate(y, t)["q"])
     turned = np.unwrap(np.arctan2(axis[:, 1], axis[:, 0]))
     once = int(np.argmax(turned - turned[0] > 1.97 * math.pi))
     t, axis = t[:once], axis[:once]
-    exact = axis_of(closed_attitude(t, y))
+    exact = axis_of(theory.attitude(t, *turning(top, y), **parameters(top)))
     solid(axes, _EYE)
     surface_grid(axes, _EYE)
     ball = np.eye(3)
@@ -124,9 +126,6 @@ def _trace(axes: Axes, precession: float, color: str) -> float:
 
 # Effective potential of the heavy top, and the turning points of its nutation.
 
-_START = start(math.radians(30.0), 0.0, 4.2)
-_OMEGA, _Q = _START[TOP.components["omega_body"]], _START[TOP.components["q"]]
-
 
 @exhibit(
     title="Effective potential and turning points of the heavy top",
@@ -138,17 +137,26 @@ _OMEGA, _Q = _START[TOP.components["omega_body"]], _START[TOP.components["q"]]
     source="Goldstein, section 5.7",
     size=(7.2, 4.0),
 )
-def potential(figure: Figure) -> tuple[Match, ...]:
-    """Draw the potential and the simulated tilt; compare its turning points."""
-    kept = theory.invariants(_OMEGA, _Q, **PARAMETERS)
-    nod = theory.nutation(_OMEGA, _Q, **PARAMETERS)
+def potential(
+    figure: Figure, *, top: HeavyTop = TOP, tilt: float = math.radians(30.0), spin: float = 4.2
+) -> tuple[Match, ...]:
+    """Draw the potential and the simulated tilt; compare its turning points.
+
+    Args:
+        figure: empty.
+        top: symmetric.
+        tilt: where it is let go at rest [rad].
+        spin: omega . e3 [rad/s].
+    """
+    y, values = top.state(tilt=tilt, precession=0.0, spin=spin), parameters(top)
+    kept = theory.invariants(*turning(top, y), **values)
+    nod = theory.nutation(*turning(top, y), **values)
     t = np.linspace(0.0, 3.0 * nod.period, 1201)
-    motion = TOP.simulate(_START, t)
-    theta = motion["tilt"]
+    theta = top.simulate(y, t)["tilt"]
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.0, 1.5))
-    _draw_potential(left, kept, nod)
+    _draw_potential(left, kept, nod, values)
     right.plot(t, np.degrees(theta), color=BLUE, label="simulated")
-    exact = theory.tilt(t[::40], _OMEGA, _Q, **PARAMETERS)
+    exact = theory.tilt(t[::40], *turning(top, y), **values)
     right.plot(t[::40], np.degrees(exact), ".", color=BLACK, ms=5, label="closed form")
     for angle in (nod.theta_min, nod.theta_max):
         right.axhline(math.degrees(angle), color=RED, lw=0.9, ls=":")
@@ -161,12 +169,14 @@ def potential(figure: Figure) -> tuple[Match, ...]:
     )
 
 
-def _draw_potential(axes: Axes, kept: theory.Invariants, nod: theory.Nutation) -> None:
+def _draw_potential(
+    axes: Axes, kept: theory.Invariants, nod: theory.Nutation, values: dict[str, Any]
+) -> None:
     theta = np.radians(np.linspace(16.0, 88.0, 400))
     momenta = (kept.p_phi, kept.p_psi)
-    shape = {"i_perp": PARAMETERS["i_perp"], "mgl": PARAMETERS["mgl"]}
+    shape = {"i_perp": values["i_perp"], "mgl": values["mgl"]}
     V = theory.effective_potential(theta, *momenta, **shape)
-    energy = kept.energy - 0.5 * kept.p_psi**2 / PARAMETERS["i3"]
+    energy = kept.energy - 0.5 * kept.p_psi**2 / values["i3"]
     axes.plot(V, np.degrees(theta), color=GREEN, label="V(theta)")
     axes.axvline(energy, color=MUTED, lw=1.2, ls="--", label="energy")
     ends = np.array([nod.theta_min, nod.theta_max])
@@ -184,8 +194,6 @@ def _draw_potential(axes: Axes, kept: theory.Invariants, nod: theory.Nutation) -
 
 # Fast and slow precession of the heavy top.
 
-_PRECESSION_TILT = math.radians(50.0)
-
 
 @exhibit(
     title="Fast and slow precession",
@@ -196,25 +204,35 @@ _PRECESSION_TILT = math.radians(50.0)
     source="Goldstein, section 5.7",
     size=(7.2, 4.0),
 )
-def precession(figure: Figure) -> tuple[Match, ...]:
-    """Start on both steady precessions; measure the rate and that the tilt stays."""
+def precession(
+    figure: Figure, *, top: HeavyTop = TOP, tilt: float = math.radians(50.0), spin: float = 5.0
+) -> tuple[Match, ...]:
+    """Start on both steady precessions; measure the rate and that the tilt stays.
+
+    Args:
+        figure: empty.
+        top: symmetric.
+        tilt: that stays [rad].
+        spin: omega . e3 of the axes that are seen from above [rad/s].
+    """
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-    threshold = float(theory.steady_threshold(_PRECESSION_TILT, **PARAMETERS))
-    spin = threshold + np.linspace(0.0, math.sqrt(9.0 - threshold), 300) ** 2
-    slow, fast = theory.steady_precession(_PRECESSION_TILT, spin, **PARAMETERS)
-    left.plot(spin, fast, color=RED, label="fast precession")
-    left.plot(spin, slow, color=BLUE, label="slow precession")
-    top = theory.fast_top(_PRECESSION_TILT, spin, **PARAMETERS)
-    left.plot(spin, top.precession, color=MUTED, lw=1.2, ls="--", label="m g ell / (I3 omega3)")
+    values = parameters(top)
+    threshold = float(theory.steady_threshold(tilt, **values))
+    spins = threshold + np.linspace(0.0, math.sqrt(9.0 - threshold), 300) ** 2
+    slow, fast = theory.steady_precession(tilt, spins, **values)
+    left.plot(spins, fast, color=RED, label="fast precession")
+    left.plot(spins, slow, color=BLUE, label="slow precession")
+    quick = theory.fast_top(tilt, spins, **values)
+    left.plot(spins, quick.precession, color=MUTED, lw=1.2, ls="--", label="m g ell / (I3 omega3)")
     left.axvline(threshold, color=MUTED, lw=0.9, ls=":")
     left.text(threshold - 0.08, 4.2, "none\nbelow", ha="right", color=MUTED, fontsize=8.5)
     errors = [0.0]
     for omega3 in (3.3, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0):
-        errors += _measure(left, omega3)
+        errors += _measure(left, top, tilt, omega3)
     left.plot([], [], "o", color=BLACK, ms=4.5, label="simulated")
     left.set_xlim(2.3, 9.2), left.set_ylim(0.0, 7.4)
     left.set_xlabel("spin omega3 [rad/s]"), left.set_title("precession rate phi' [rad/s]")
-    nodding = _axes_seen_from_above(right)
+    nodding = _axes_seen_from_above(right, top, tilt, spin)
     figure.legend(ncols=4, columnspacing=1.2)
     return (
         Match("largest error of a simulated rate, relative", max(errors), 0.0, 1e-8),
@@ -222,12 +240,13 @@ def precession(figure: Figure) -> tuple[Match, ...]:
     )
 
 
-def _measure(axes: Axes, omega3: float) -> list[float]:
+def _measure(axes: Axes, top: HeavyTop, tilt: float, omega3: float) -> list[float]:
     """Relative errors of the two rates of precession, over 10 s."""
     errors = []
-    for exact in theory.steady_precession(_PRECESSION_TILT, omega3, **PARAMETERS):
+    for exact in theory.steady_precession(tilt, omega3, **parameters(top)):
         t = np.linspace(0.0, 10.0, 401)
-        axis = axis_of(TOP.simulate(start(_PRECESSION_TILT, float(exact), omega3), t)["q"])
+        y = top.state(tilt=tilt, precession=exact, spin=omega3)
+        axis = axis_of(top.simulate(y, t)["q"])
         phi = np.unwrap(np.arctan2(axis[:, 1], axis[:, 0]))
         rate = (phi[-1] - phi[0]) / 10.0
         axes.plot(omega3, rate, "o", color=BLACK, ms=4.5, zorder=5)
@@ -235,18 +254,18 @@ def _measure(axes: Axes, omega3: float) -> list[float]:
     return errors
 
 
-def _axes_seen_from_above(axes: Axes) -> float:
-    """Directions of both axes after each 0.2 s, at a spin of 5 rad/s; largest change of tilt."""
+def _axes_seen_from_above(axes: Axes, top: HeavyTop, tilt: float, spin: float) -> float:
+    """Directions of both axes after each 0.2 s; largest change of tilt."""
     bare(axes)
     axes.set_title("axis from above, 0 to 2 s")
     t, change = np.linspace(0.0, 20.0, 2001), 0.0
     for exact, color, size in zip(
-        theory.steady_precession(_PRECESSION_TILT, 5.0, **PARAMETERS),
+        theory.steady_precession(tilt, spin, **parameters(top)),
         (BLUE, RED),
         (1.0, 0.86),
         strict=True,
     ):
-        motion = TOP.simulate(start(_PRECESSION_TILT, float(exact), 5.0), t)
+        motion = top.simulate(top.state(tilt=tilt, precession=exact, spin=spin), t)
         axis = size * axis_of(motion["q"])[:201]  # one inside the other, to be told apart
         axes.plot(*axis[:, :2].T, color=color)
         axes.plot(*axis[::20, :2].T, "o", color=color, ms=4)
@@ -259,9 +278,6 @@ def _axes_seen_from_above(axes: Axes) -> float:
 
 # The sleeping top and its threshold.
 
-_PUSH = 0.01  # rad, first tilt
-_SHOWN = ((0.5, RED), (0.9, ORANGE), (1.1, GREEN))  # spins over the threshold
-
 
 @exhibit(
     title="The sleeping top and its threshold",
@@ -272,25 +288,40 @@ _SHOWN = ((0.5, RED), (0.9, ORANGE), (1.1, GREEN))  # spins over the threshold
     source="Goldstein, section 5.7; Whittaker, Analytical Dynamics, chapter VI",
     size=(7.2, 3.9),
 )
-def sleeping(figure: Figure) -> tuple[Match, ...]:
-    """Simulate tops with a first tilt of 0.01 rad; compare how far they fall."""
-    threshold = theory.sleeping_threshold(**PARAMETERS)
+def sleeping(
+    figure: Figure,
+    *,
+    top: HeavyTop = TOP,
+    push: float = 0.01,
+    spins: tuple[float, float, float] = (0.5, 0.9, 1.1),
+) -> tuple[Match, ...]:
+    """Simulate tops with a small first tilt; compare how far they fall.
+
+    Args:
+        figure: empty.
+        top: symmetric.
+        push: first tilt [rad].
+        spins: of the motions on the left, over the threshold.
+    """
+    values = parameters(top)
+    threshold = theory.sleeping_threshold(**values)
     left, right = figure.subplots(1, 2)
     t = np.linspace(0.0, 30.0, 1501)
-    for part, color in _SHOWN:
-        tilt = TOP.simulate(start(_PUSH, 0.0, part * threshold), t)["tilt"]
+    for part, color in zip(spins, (RED, ORANGE, GREEN), strict=True):
+        y = top.state(tilt=push, precession=0.0, spin=part * threshold)
+        tilt = top.simulate(y, t)["tilt"]
         left.plot(t, np.degrees(tilt), color=color, label=f"{part:g} x threshold")
     left.set_xlim(0.0, 30.0), left.set_xlabel("time [s]"), left.set_title("tilt [degrees]")
     fine = np.linspace(0.0, 0.99999, 400)
-    falls = [float(theory.homoclinic_tilt(0.0, c * threshold, **PARAMETERS)) for c in fine]
+    falls = [float(theory.homoclinic_tilt(0.0, c * threshold, **values)) for c in fine]
     right.plot(fine, np.degrees(falls), color=BLUE, label="closed form, upright start")
     right.plot([1.0, 1.5], [0.0, 0.0], color=BLUE)
     errors = [0.0]
     for part in np.arange(0.1, 1.51, 0.1):
-        y = start(_PUSH, 0.0, float(part) * threshold)
-        nod = theory.nutation(y[TOP.components["omega_body"]], y[TOP.components["q"]], **PARAMETERS)
+        y = top.state(tilt=push, precession=0.0, spin=part * threshold)
+        nod = theory.nutation(*turning(top, y), **values)
         times = np.linspace(0.0, nod.period, 201)  # the largest tilt is in the middle
-        found = float(np.max(TOP.simulate(y, times)["tilt"]))
+        found = float(np.max(top.simulate(y, times)["tilt"]))
         errors.append(abs(found - nod.theta_max))
         right.plot(part, math.degrees(found), "o", color=BLACK, ms=4.5, zorder=4)
     right.plot([], [], "o", color=BLACK, ms=4.5, label="simulated")
@@ -300,15 +331,18 @@ def sleeping(figure: Figure) -> tuple[Match, ...]:
     figure.legend(ncols=3, columnspacing=1.2)
     error = max(errors)
     return (
-        Match("largest error of the largest tilt, pushed by 0.01 rad", error, 0.0, 1e-8, "rad"),
-        _growth(0.5 * threshold),
+        Match(
+            f"largest error of the largest tilt, pushed by {push:g} rad", error, 0.0, 1e-8, "rad"
+        ),
+        _growth(top, 0.5 * threshold),
     )
 
 
-def _growth(omega3: float) -> Match:
+def _growth(top: HeavyTop, omega3: float) -> Match:
     """Rate at which a tilt of 1e-9 rad grows, once the part that dies out has done so."""
-    exact = theory.sleeping_exponents(omega3, **PARAMETERS)[0].real
+    exact = theory.sleeping_exponents(omega3, **parameters(top))[0].real
     times = np.array([0.0, 9.0, 12.0]) / exact
-    _, first, last = TOP.simulate(start(1e-9, 0.0, omega3), times)["tilt"]
+    y = top.state(tilt=1e-9, precession=0.0, spin=omega3)
+    _, first, last = top.simulate(y, times)["tilt"]
     rate = math.log(last / first) / float(times[2] - times[1])
     return Match("growth rate of a tiny tilt, half the threshold", rate, exact, 1e-6, "1/s")

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 # Race of a sphere, a cylinder and a hoop down an incline.
 
 _RADIUS, _G = 0.1, 9.81
-_SLOPE, _HEIGHT = math.radians(20.0), 1.0
 RUNNERS: tuple[tuple[str, Body, str], ...] = (
     ("solid sphere", solid_sphere(1.0, _RADIUS), figures.BLUE),
     ("cylinder", solid_cylinder(1.0, _RADIUS, 0.1), figures.GREEN),
@@ -47,21 +46,31 @@ def inertia_ratio(body: Body) -> float:
     source="Goldstein, section 2.4; Landau & Lifshitz, Mechanics, section 38",
     size=(7.2, 3.8),
 )
-def race(figure: Figure) -> tuple[figures.Match, ...]:
-    """Simulate the descents until the last one is down, compare the times of arrival."""
+def race(
+    figure: Figure, *, slope: float = math.radians(20.0), height: float = 1.0
+) -> tuple[figures.Match, ...]:
+    """Simulate the descents until the last one is down, compare the times of arrival.
+
+    Args:
+        figure: empty.
+        slope: of the incline [rad].
+        height: by which they roll down [m].
+    """
     left, right = figure.subplots(1, 2, width_ratios=(1.5, 1.0))
-    length = _HEIGHT / math.sin(_SLOPE)
-    exact = [_descent(body).time for _, body, _ in RUNNERS]
+    length = height / math.sin(slope)
+    shape = {"slope": slope, "radius": _RADIUS, "g": _G}
+    ratios = [inertia_ratio(body) for _, body, _ in RUNNERS]
+    exact = [theory.descend(height, beta=ratio, **shape).time for ratio in ratios]
     figures.bare(left)
     left.set_title(f"when the sphere arrives, after {exact[0]:.2f} s")
-    end = 1.08 * length * np.array([math.cos(_SLOPE), -math.sin(_SLOPE)])
+    end = 1.08 * length * np.array([math.cos(slope), -math.sin(slope)])
     left.plot([0.0, end[0]], [0.0, end[1]], color=figures.INK, lw=1.2)
     errors = []
-    for k, (name, body, color) in enumerate(RUNNERS):
-        system = Roller(1.0, _RADIUS, inertia_ratio(body), _G, _SLOPE)
+    for k, (name, _, color) in enumerate(RUNNERS):
+        system = Roller(beta=ratios[k], **shape)
         s = system.simulate(system.state(), [0.0, *sorted(exact)])["arc_length"]
         errors.append(abs(float(s[1 + sorted(exact).index(exact[k])]) - length))
-        _draw_runner(left, float(s[1]), k, color)
+        _draw_runner(left, slope, length, float(s[1]), k, color)
         t = np.linspace(0.0, exact[k], 60)
         path = system.simulate(system.state(), t)["arc_length"]
         right.plot(t, path, color=color, label=name)
@@ -75,18 +84,13 @@ def race(figure: Figure) -> tuple[figures.Match, ...]:
     return (figures.Match("largest distance from the goal when due there", error, 0.0, 1e-12, "m"),)
 
 
-def _descent(body: Body) -> theory.Descent:
-    ratio = inertia_ratio(body)
-    return theory.descend(_HEIGHT, slope=_SLOPE, beta=ratio, radius=_RADIUS, g=_G)
-
-
-def _draw_runner(axes: Axes, s: float, k: int, color: str) -> None:
+def _draw_runner(axes: Axes, slope: float, length: float, s: float, k: int, color: str) -> None:
     """A runner on a lane of its own, with a spoke that has turned by s / radius."""
-    along = np.array([math.cos(_SLOPE), -math.sin(_SLOPE)])
-    up = np.array([math.sin(_SLOPE), math.cos(_SLOPE)])
+    along = np.array([math.cos(slope), -math.sin(slope)])
+    up = np.array([math.sin(slope), math.cos(slope)])
     lane = 0.42 * (3 - k) * up
     foot = lane + s * along
-    ends = np.array([lane, lane + _HEIGHT / math.sin(_SLOPE) * along])
+    ends = np.array([lane, lane + length * along])
     axes.plot(*ends.T, color="#d5dbe3", lw=1.0, zorder=1)
     axes.plot(*np.array([ends[1], ends[1] + 0.3 * up]).T, color=figures.INK, lw=1.0, ls=":")
     size = 0.16  # drawn larger than it is
@@ -102,9 +106,6 @@ def _draw_runner(axes: Axes, s: float, k: int, color: str) -> None:
 
 # Rolling and slipping: the friction that rolling needs, and sliding that ends in rolling.
 
-_MU, _SPEED = 0.3, 4.0
-_BALL = {"beta": 0.4, "radius": _RADIUS, "mu": _MU, "g": _G}
-
 
 @figures.exhibit(
     title="Rolling and slipping",
@@ -116,28 +117,38 @@ _BALL = {"beta": 0.4, "radius": _RADIUS, "mu": _MU, "g": _G}
     source="Sommerfeld, Mechanics, section 27; Goldstein, sections 1.3 and 2.4",
     size=(7.2, 4.6),
 )
-def slipping(figure: Figure) -> tuple[figures.Match, ...]:
-    """Friction that the systems need against closed form; a ball that slides first."""
+def slipping(
+    figure: Figure, *, mu: float = 0.3, speed: float = 4.0, beta: float = 0.4
+) -> tuple[figures.Match, ...]:
+    """Friction that the systems need against closed form; a ball that slides first.
+
+    Args:
+        figure: empty.
+        mu: coefficient of friction.
+        speed: of the ball at first [m/s].
+        beta: inertia ratio of the ball.
+    """
+    ball = {"beta": beta, "radius": _RADIUS, "mu": mu, "g": _G}
     grid = figure.subplot_mosaic([["path", "path"], ["friction", "speeds"]], height_ratios=(1, 1.9))
-    error = _draw_friction(grid["friction"])
-    end = theory.slip_to_roll([_SPEED, 0.0], np.zeros(3), **_BALL)
+    error = _draw_friction(grid["friction"], mu)
+    end = theory.slip_to_roll([speed, 0.0], np.zeros(3), **ball)
     t = np.linspace(0.0, 1.9 * end.time, 1201)
-    place, velocity, omega = theory.slide(t, [_SPEED, 0.0], np.zeros(3), **_BALL)
+    place, velocity, omega = theory.slide(t, [speed, 0.0], np.zeros(3), **ball)
     _draw_path(grid["path"], t, place, omega, end)
     axes = grid["speeds"]
     axes.plot(t, velocity[:, 0], color=figures.BLUE, label="v of the centre")
     axes.plot(t, _RADIUS * omega[:, 1], color=figures.SKY, ls="--", label="r omega")
     axes.axvline(end.time, color=figures.MUTED, lw=0.9, ls=":")
     axes.set_title("a ball that starts without spin [m/s]"), axes.set_xlabel("time [s]")
-    axes.set_xlim(0.0, t[-1]), axes.set_ylim(0.0, 1.05 * _SPEED)
+    axes.set_xlim(0.0, t[-1]), axes.set_ylim(0.0, 1.05 * speed)
     axes.legend(loc="lower right")
     axes.annotate(
-        "rolls: v = r omega", (end.time, 3.45), (6, 0), textcoords="offset points",
+        "rolls: v = r omega", (end.time, 0.8625 * speed), (6, 0), textcoords="offset points",
         fontsize=8.5, color=figures.MUTED,
     )  # fmt: skip
     figure.legend(*grid["friction"].get_legend_handles_labels(), ncols=5, columnspacing=1.0)
     # the friction has no moment about a line on the ground
-    momentum = velocity[:, 0] + _BALL["beta"] * _RADIUS * omega[:, 1]
+    momentum = velocity[:, 0] + beta * _RADIUS * omega[:, 1]
     change = float(np.ptp(momentum) / momentum[0])
     return (
         figures.Match("largest error of the friction that rolling needs", error, 0.0, 1e-12),
@@ -145,7 +156,7 @@ def slipping(figure: Figure) -> tuple[figures.Match, ...]:
     )
 
 
-def _draw_friction(axes: Axes) -> float:
+def _draw_friction(axes: Axes, mu: float) -> float:
     """Needed coefficients of friction on slopes up to 60 degrees; largest error."""
     slopes = np.radians(np.linspace(1.0, 60.0, 60))
     errors = []
@@ -163,8 +174,8 @@ def _draw_friction(axes: Axes) -> float:
         )
         errors.append(float(np.max(np.abs(needed - exact))))
     axes.plot([], [], "o", ms=3.5, color=figures.BLACK, label="closed form")
-    axes.axhline(_MU, color=figures.INK, lw=0.9, ls=":")
-    axes.text(2.0, _MU + 0.02, f"mu = {_MU}: slips above", fontsize=8.5, color=figures.MUTED)
+    axes.axhline(mu, color=figures.INK, lw=0.9, ls=":")
+    axes.text(2.0, mu + 0.02, f"mu = {mu}: slips above", fontsize=8.5, color=figures.MUTED)
     axes.set_xlim(0, 60), axes.set_ylim(0, 0.9)
     axes.set_xlabel("slope [degrees]"), axes.set_title("friction that rolling needs")
     return max(errors)
@@ -192,8 +203,7 @@ def _draw_path(axes: Axes, t: Array, place: Array, omega: Array, end: theory.Sli
 # Pumping a wheel out of a valley by its moment of inertia.
 
 _VALLEY = Roller(m=1.0, radius=0.1, beta=0.4, curvature=0.5)
-_DT, _RIM, _START = 0.002, math.radians(75.0), -math.radians(20.0) / 0.5
-_PUMP = Pump(_VALLEY, beta_change=0.6, dt=_DT)
+_DT = 0.002  # s
 
 
 @figures.exhibit(
@@ -205,46 +215,61 @@ _PUMP = Pump(_VALLEY, beta_change=0.6, dt=_DT)
     source="Tea & Falk 1968, Pumping on a swing, American Journal of Physics 36:1165",
     size=(7.2, 3.9),
 )
-def pump(figure: Figure) -> tuple[figures.Match, ...]:
-    """Pump until the rim is passed; compare the heights of the turning points with the law."""
-    t, s, change, heights = _run()
+def pump(
+    figure: Figure,
+    *,
+    beta_change: float = 0.6,
+    start: float = -math.radians(20.0),
+    rim: float = math.radians(75.0),
+) -> tuple[figures.Match, ...]:
+    """Pump until the rim is passed; compare the heights of the turning points with the law.
+
+    Args:
+        figure: empty.
+        beta_change: what the masses add to the inertia ratio 0.4.
+        start: angle from the bottom at first [rad].
+        rim: angle of the rim from the bottom [rad].
+    """
+    law = Pump(_VALLEY, beta_change=beta_change, dt=_DT)
+    y0 = _VALLEY.state(arc_length=start / _VALLEY.curvature)
+    t, s, change, heights = _run(law, y0, rim)
     left, right = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
-    _draw_swings(left, t, s, change)
+    _draw_swings(left, t, s, change, rim)
     n = np.arange(len(heights))
     right.plot(
         n, heights, "o", color=figures.BLACK, ms=5, label="simulated turning points", zorder=4
     )
-    right.plot(n, heights[0] * _PUMP.gain**n, color=figures.BLUE, label="law: h gain$^n$")
-    rim = 2.0 * math.sin(0.5 * _RIM) ** 2 / _VALLEY.curvature
-    right.axhline(rim, color=figures.MUTED, ls=":", lw=1.0)
-    right.text(0.0, 1.02 * rim, "rim", color=figures.MUTED, fontsize=8.5, va="bottom")
+    right.plot(n, heights[0] * law.gain**n, color=figures.BLUE, label="law: h gain$^n$")
+    high = 2.0 * math.sin(0.5 * rim) ** 2 / _VALLEY.curvature
+    right.axhline(high, color=figures.MUTED, ls=":", lw=1.0)
+    right.text(0.0, 1.02 * high, "rim", color=figures.MUTED, fontsize=8.5, va="bottom")
     right.set_yscale("log"), right.set_yticks([0.1, 0.2, 0.5, 1.0], ["0.1", "0.2", "0.5", "1"])
     right.minorticks_off()
     right.set_ylim(0.09, 2.3), right.set_xticks(n)
     right.set_xlabel("passes of the bottom"), right.set_title("height of the turning point [m]")
     figure.legend(ncols=5, columnspacing=1.0)
     gains = np.array(heights[1:]) / heights[:-1]
-    worst = float(gains[np.argmax(np.abs(gains - _PUMP.gain))])
-    passes = int(_PUMP.least_passes([_START, 0.0], _RIM))
+    worst = float(gains[np.argmax(np.abs(gains - law.gain))])
+    passes = int(law.least_passes(y0, rim))
     return (
-        figures.Match("gain of height per pass, worst", worst, _PUMP.gain, 2e-5),
+        figures.Match("gain of height per pass, worst", worst, law.gain, 2e-5),
         figures.Match("passes to the rim", float(_passes(s)), float(passes), 0.0),
     )
 
 
-def _run() -> tuple[Array, Array, Array, list[float]]:
+def _run(law: Pump, y: Array, rim: float) -> tuple[Array, Array, Array, list[float]]:
     """Times, places, additions to the ratio; heights of the turning points, one beyond the rim."""
-    y, change = np.array([_START, 0.0]), 0.0
-    places, changes, heights = [float(y[0])], [change], [float(_PUMP.height(y, 0.0))]
-    while abs(_VALLEY.curvature * y[0]) < _RIM and len(places) < 20000:
-        new = 0.3 * (1.0 + float(_PUMP(y, change)[0]))
+    change = 0.0
+    places, changes, heights = [float(y[0])], [change], [float(law.height(y, 0.0))]
+    while abs(_VALLEY.curvature * y[0]) < rim and len(places) < 20000:
+        new = 0.5 * law.beta_change * (1.0 + float(law(y, change)[0]))
         v = y[1] * (1.4 + change) / (1.4 + new)  # a sudden change keeps the momentum
         y, change = _VALLEY.advance([y[0], v], [0.0, new], _DT), new
         if y[1] * v < 0.0:
-            heights.append(float(_PUMP.height(y, change)))
+            heights.append(float(law.height(y, change)))
         places.append(float(y[0]))
         changes.append(change)
-    heights.append(float(_PUMP.height(y, change)))  # to which it would rise beyond the rim
+    heights.append(float(law.height(y, change)))  # to which it would rise beyond the rim
     t = np.linspace(0.0, _DT * (len(places) - 1), len(places))
     return t, np.array(places), np.array(changes), heights
 
@@ -253,13 +278,13 @@ def _passes(s: Array) -> int:
     return int(np.sum(s[1:] * s[:-1] < 0.0))
 
 
-def _draw_swings(axes: Axes, t: Array, s: Array, change: Array) -> None:
+def _draw_swings(axes: Axes, t: Array, s: Array, change: Array, rim: float) -> None:
     angle = np.degrees(_VALLEY.curvature * s)
     large = change > 0.0
     axes.plot(t, np.where(large, angle, np.nan), color=figures.RED, label="masses out")
     axes.plot(t, np.where(large, np.nan, angle), color=figures.GREEN, label="masses in")
     for side in (1.0, -1.0):
-        axes.axhline(side * math.degrees(_RIM), color=figures.MUTED, ls=":", lw=1.0)
-    axes.text(0.1, math.degrees(_RIM) + 2.0, "rim", color=figures.MUTED, fontsize=8.5)
+        axes.axhline(side * math.degrees(rim), color=figures.MUTED, ls=":", lw=1.0)
+    axes.text(0.1, math.degrees(rim) + 2.0, "rim", color=figures.MUTED, fontsize=8.5)
     axes.set_xlim(0.0, t[-1]), axes.set_ylim(-88.0, 88.0)
     axes.set_xlabel("time [s]"), axes.set_title("angle from the bottom of the valley [degrees]")

@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 # Holonomy of a rolling ball: it comes back turned, by the area that it ran round.
 
 _BALL = RollingBall(radius=1.0)
-_CIRCLES = np.linspace(0.1, math.sqrt(3.0), 18)  # radii of the circles
 
 
 @exhibit(
@@ -50,17 +49,26 @@ _CIRCLES = np.linspace(0.1, math.sqrt(3.0), 18)  # radii of the circles
     source="Hammersley 1983; Jurdjevic 1993, doi:10.1007/BF00375605",
     size=(7.2, 4.2),
 )
-def holonomy(figure: Figure) -> tuple[Match, ...]:
-    """Roll round circles of many sizes; compare the turn that is left with the closed form."""
+def holonomy(
+    figure: Figure, *, largest: float = math.sqrt(3.0), n_circles: int = 18
+) -> tuple[Match, ...]:
+    """Roll round circles of many sizes; compare the turn that is left with the closed form.
+
+    Args:
+        figure: empty.
+        largest: radius of the largest circle, over that of the ball; the smallest has 1/10.
+        n_circles: number of circles.
+    """
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.25))
-    turns = _roll_round(_CIRCLES, 4000)["q"][-1]
-    error = float(np.max(rotations.distance(turns, theory.circle_holonomy(_CIRCLES, 1.0))))
+    circles = np.linspace(0.1, largest, n_circles)
+    turns = _roll_round(circles, 4000)["q"][-1]
+    error = float(np.max(rotations.distance(turns, theory.circle_holonomy(circles, 1.0))))
     angles = rotations.angle(turns)
-    _draw_turns(right, angles)
+    _draw_turns(right, circles, angles)
     _squares(right)
     _draw_loop(left)
     figure.legend(ncols=4, columnspacing=1.2)
-    small = float(angles[0]) / (math.pi * float(_CIRCLES[0]) ** 2)
+    small = float(angles[0]) / (math.pi * float(circles[0]) ** 2)
     return (
         Match("largest error of the turn against the closed form", error, 0.0, 1e-5, "rad"),
         Match("turn over A / r^2, circle of radius r / 10", small, 1.0, 3e-3),
@@ -75,7 +83,7 @@ def _roll_round(sizes: Array, n: int) -> Trajectory:
     return _BALL.simulate(y, np.linspace(0.0, 1.0, n + 1), sides[:, None] * sizes[:, None])
 
 
-def _draw_turns(axes: Axes, angles: Array) -> None:
+def _draw_turns(axes: Axes, circles: Array, angles: Array) -> None:
     """Turn against area, beyond half a turn as well."""
     fine = np.linspace(1e-3, math.sqrt(3.0), 200)
     whole = np.linalg.norm(theory.circle_rotation_vector(fine, 1.0), axis=-1) - 2.0 * math.pi
@@ -87,7 +95,7 @@ def _draw_turns(axes: Axes, angles: Array) -> None:
         ahead = 2.0 * grown[-1] - grown[-2]
         grown.append(min(angle, 2.0 * math.pi - angle, key=lambda value: abs(value - ahead)))
     dots: dict[str, Any] = {"color": BLACK, "ms": 4.5, "zorder": 4}
-    axes.plot(math.pi * _CIRCLES**2, np.degrees(grown[2:]), "o", label="simulated, circle", **dots)
+    axes.plot(math.pi * circles**2, np.degrees(grown[2:]), "o", label="simulated, circle", **dots)
     axes.set_xlim(0.0, 9.6), axes.set_ylim(0.0, 375.0)
     axes.set_xlabel("area A of the loop, over r^2")
     axes.set_title("turn of the ball [degrees]")
@@ -139,7 +147,6 @@ def _draw_ball(axes: Axes, place: Array, R: Array) -> None:
 # Parking by brackets: small loops of the controls move where no control points.
 
 _COIN = UprightCoin(radius=1.0)
-_LOOPS = np.geomspace(0.02, 1.0, 12)  # sizes of the loops
 _LEGS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # f, g, -f, -g
 
 
@@ -153,24 +160,34 @@ _LEGS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))  # f, g, -f, -g
     source="Murray, Li & Sastry, chapter 7; Hammersley 1983",
     size=(7.2, 4.3),
 )
-def brackets(figure: Figure) -> tuple[Match, ...]:
-    """Loops of both bodies against their brackets; a coin that is parked."""
+def brackets(
+    figure: Figure, *, smallest: float = 0.02, largest: float = 1.0, beside: float = 1.5
+) -> tuple[Match, ...]:
+    """Loops of both bodies against their brackets; a coin that is parked.
+
+    Args:
+        figure: empty.
+        smallest: size of the smallest loop.
+        largest: of the largest one.
+        beside: place of the coin, sideways from its goal [r].
+    """
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.1))
-    ball = [_ball_loop(size) for size in _LOOPS]
-    coin = [_coin_loop(size) for size in _LOOPS]
+    loops = np.geomspace(smallest, largest, 12)
+    ball = [_ball_loop(size) for size in loops]
+    coin = [_coin_loop(size) for size in loops]
     spin = _first_bracket(*theory.ball_fields(1.0), np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0]))
     slide = _first_bracket(*theory.coin_fields(1.0), np.zeros(4))
-    left.loglog(_LOOPS, 2.0 * spin * _LOOPS**2, color=RED, label="bracket: e^2 |[f, g]|")
-    left.loglog(_LOOPS, ball, "o", ms=4.5, color=BLACK, label="ball: turn [rad]")
-    left.loglog(_LOOPS, coin, "s", ms=8, mfc="none", color=BLUE, label="coin: shift sideways [r]")
+    left.loglog(loops, 2.0 * spin * loops**2, color=RED, label="bracket: e^2 |[f, g]|")
+    left.loglog(loops, ball, "o", ms=4.5, color=BLACK, label="ball: turn [rad]")
+    left.loglog(loops, coin, "s", ms=8, mfc="none", color=BLUE, label="coin: shift sideways [r]")
     left.set_title("what a loop f, g, -f, -g leaves"), left.set_xlabel("size e of the loop")
     left.set_xticks([0.02, 0.1, 1.0], ["0.02", "0.1", "1"])
     left.minorticks_off()
-    missed = _park(right)
+    missed = _park(right, beside)
     figure.legend(ncols=3, columnspacing=1.0)
     return (
-        Match("ball: turn over e^2, smallest loop", ball[0] / _LOOPS[0] ** 2, 2.0 * spin, 1e-3),
-        Match("coin: shift over e^2, smallest loop", coin[0] / _LOOPS[0] ** 2, slide, 1e-3),
+        Match("ball: turn over e^2, smallest loop", ball[0] / loops[0] ** 2, 2.0 * spin, 1e-3),
+        Match("coin: shift over e^2, smallest loop", coin[0] / loops[0] ** 2, slide, 1e-3),
         Match("coin parked by two rolls, error of its pose", missed, 0.0, 1e-8),
     )
 
@@ -188,7 +205,7 @@ def _ball_loop(size: float) -> float:
 
 def _coin_loop(size: float) -> float:
     """Shift sideways of a coin that rolls, steers, rolls back, steers back."""
-    y = _COIN.state(q=_COIN.attitude(0.0, 0.0))
+    y = _COIN.state()
     for roll, steer in _LEGS:
         y[_COIN.components["roll_rate"]] = size * roll
         y[_COIN.components["steer_rate"]] = size * steer
@@ -196,9 +213,9 @@ def _coin_loop(size: float) -> float:
     return abs(float(_COIN.contact(y)[1]))
 
 
-def _park(axes: Axes) -> float:
+def _park(axes: Axes, beside: float) -> float:
     """Follow a plan of two straight rolls with the simulated coin; how far it ends from home."""
-    y = _COIN.state(q=_COIN.attitude(0.0, 0.0), contact=[0.0, 1.5])
+    y = _COIN.state(contact=[0.0, beside])
     plan = TwoRolls(_COIN, 0.3, 0.5)(y)
     places, headings = [_COIN.contact(y)], [float(_COIN.heading(y))]
     for k, leg in enumerate(plan.legs):
@@ -232,8 +249,6 @@ def _draw_parking(axes: Axes, places: Array, heading: Array) -> None:
 
 # Shortest paths of a rolling ball from one pose to another.
 
-_TURNS = ((45.0, BLUE), (90.0, GREEN), (135.0, ORANGE), (180.0, RED))
-
 
 @exhibit(
     title="Shortest paths of a rolling ball",
@@ -244,25 +259,39 @@ _TURNS = ((45.0, BLUE), (90.0, GREEN), (135.0, ORANGE), (180.0, RED))
     source="Arthurs & Walsh 1986, doi:10.1017/S0305004100064501; Jurdjevic 1993",
     size=(7.2, 4.4),
 )
-def shortest(figure: Figure) -> tuple[Match, ...]:
-    """Find paths, roll them with the simulated ball, and see where it ends."""
+def shortest(
+    figure: Figure,
+    *,
+    turns: tuple[float, float, float, float] = (45.0, 90.0, 135.0, 180.0),
+    place: tuple[float, float] = (4.0, 1.0),
+    turn: float = 150.0,
+) -> tuple[Match, ...]:
+    """Find paths, roll them with the simulated ball, and see where it ends.
+
+    Args:
+        figure: empty.
+        turns: about the vertical, in place [degrees].
+        place: of the other goal [r].
+        turn: of the other goal [degrees].
+    """
     left, right = figure.subplots(1, 2)
     missed, steering = [], []
-    for angle, color in _TURNS:
+    for angle, color in zip(turns, (BLUE, GREEN, ORANGE, RED), strict=True):
         goal = _pose(math.radians(angle), (0.0, 0.0))
         path = shortest_path(_pose(0.0, (0.0, 0.0)), goal)
         missed.append(_roll(left, path, color, f"{angle:.0f} degrees"))
         steering.append(_hamiltonian(path))
     left.set_title("to turn about the vertical, in place [r]")
-    start, goal = _pose(0.0, (0.0, 0.0)), _pose(math.radians(150.0), (4.0, 1.0))
+    start, goal = _pose(0.0, (0.0, 0.0)), _pose(math.radians(turn), place)
     path = shortest_path(start, goal)
     missed.append(_roll(right, path, PURPLE, ""))
     steering.append(_hamiltonian(path))
     corners = np.vstack([[0.0, 0.0], np.cumsum(three_rolls(start, goal), axis=0)])
     longer = float(np.sum(np.hypot(*np.diff(corners, axis=0).T)))
     right.plot(*corners.T, color=MUTED, ls="--", lw=1.2)
-    right.plot([0.0, 4.0], [0.0, 1.0], "o", color=BLACK, ms=5, zorder=5)
-    right.set_title(f"to (4, 1) and a turn of 150 degrees: {path.length:.2f} r\n"
+    right.plot([0.0, place[0]], [0.0, place[1]], "o", color=BLACK, ms=5, zorder=5)
+    right.set_title(f"to ({place[0]:g}, {place[1]:g}) and a turn of {turn:g} degrees: "
+                    f"{path.length:.2f} r\n"
                     f"dashed: three straight rolls, {longer:.2f} r")  # fmt: skip
     for axes in (left, right):
         axes.set_aspect("equal", adjustable="datalim")

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigid_envs.base.checks import Array
-from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_disk import closed_forms as theory
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.watch.figures import BLACK, BLUE, GREEN, MUTED, RED, Match, exhibit
@@ -21,23 +20,13 @@ if TYPE_CHECKING:
 # The falling disk: it nods between two leans, and its contact draws a rosette.
 
 THE_DISK = RollingDisk.uniform(m=1.0, radius=0.5)
-SHAPE: dict[str, Any] = {"m": 1.0, "radius": 0.5, "i_perp": THE_DISK.I1, "i3": THE_DISK.I3}
 _SAMPLES = 80  # of each period
 
 
-def rolling(theta: float, theta_rate: float, phi_rate: float, omega3: float) -> Array:
-    """State of the disk, from angle and rates of its axis.
-
-    Args:
-        theta: angle of the axis from the vertical [rad].
-        theta_rate: theta' [rad/s].
-        phi_rate: rate of precession phi' [rad/s].
-        omega3: axial angular velocity [rad/s].
-    """
-    euler = [0.0, theta, 0.0]
-    rates = [phi_rate, theta_rate, omega3 - phi_rate * math.cos(theta)]
-    q = rotations.quaternion_from_euler(euler)
-    return THE_DISK.state(q=q, omega_body=rotations.omega_body_from_euler_rates(euler, rates))
+def shape(wheel: RollingDisk) -> dict[str, float]:
+    """Parameters of the closed forms."""
+    names = {"m": wheel.m, "radius": wheel.radius, "i_perp": wheel.I1, "i3": wheel.I3}
+    return names | {"g": wheel.g}
 
 
 @exhibit(
@@ -49,35 +38,51 @@ def rolling(theta: float, theta_rate: float, phi_rate: float, omega3: float) -> 
     source="Appell 1900; Korteweg 1900; O'Reilly 1996; Routh, Advanced Part, section 244",
     size=(7.2, 4.4),
 )
-def disk(figure: Figure) -> tuple[Match, ...]:
-    """Simulate a disk that is let go beside a steady circle; compare leans and period."""
-    steady = theory.steady_circle(math.radians(65.0), 1.5, **SHAPE, g=THE_DISK.g)
-    start = (math.radians(65.0), 1.3, steady.precession, steady.omega3)
-    nod = theory.fall(*start, **SHAPE, g=THE_DISK.g)
-    periods = 9
+def disk(
+    figure: Figure,
+    *,
+    wheel: RollingDisk = THE_DISK,
+    tilt: float = math.radians(65.0),
+    nutation: float = 1.3,
+    circle: float = 1.5,
+    periods: int = 9,
+) -> tuple[Match, ...]:
+    """Simulate a disk that is let go beside a steady circle; compare leans and period.
+
+    Args:
+        figure: empty.
+        wheel: the disk.
+        tilt: of its axis at first, upright at pi / 2 [rad].
+        nutation: rate theta' with which it is pushed [rad/s].
+        circle: radius of the steady circle of the contact [m].
+        periods: of the nodding that are simulated, at least 4.
+    """
+    steady = theory.steady_circle(tilt, circle, **shape(wheel))
+    nod = theory.fall(tilt, nutation, steady.precession, steady.omega3, **shape(wheel))
     t = np.linspace(0.0, periods * nod.period, _SAMPLES * periods + 1)
-    motion = THE_DISK.simulate(rolling(*start), t)
-    tilt, contact, centre = motion["tilt"], motion["contact"], motion["centre"]
+    rates = {"precession": steady.precession, "nutation": nutation, "spin": steady.omega3}
+    motion = wheel.simulate(wheel.state(tilt=tilt, **rates), t)
+    theta, contact, centre = motion["tilt"], motion["contact"], motion["centre"]
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.25))
     left.plot(*contact.T, color=BLUE, lw=1.4, label="point of contact")
     left.plot(*centre[:, :2].T, color=RED, lw=1.2, label="centre, from above")
     left.set_aspect("equal"), left.set_anchor("N")
     left.set_title("paths on the plane [m]")
     shown = 4 * _SAMPLES + 1
-    right.plot(t[:shown], np.degrees(tilt[:shown]), color=BLUE, label="simulated")
+    right.plot(t[:shown], np.degrees(theta[:shown]), color=BLUE, label="simulated")
     for angle in (nod.theta_min, nod.theta_max):
         right.axhline(math.degrees(angle), color=MUTED, ls=":", lw=1.0)
-    middle = np.degrees(tilt[0])
+    middle = np.degrees(theta[0])
     times = nod.period * np.arange(5)
     right.plot(times, [middle] * 5, "o", color=BLACK, ms=5, label="after whole periods")
     right.plot([], [], color=MUTED, ls=":", label="turning points, closed form")
     right.set_title("angle theta of the axis [degrees]"), right.set_xlabel("time [s]")
     right.set_xlim(0.0, times[-1])
     figure.legend(ncols=3, columnspacing=1.2)
-    returned = float(np.max(np.abs(tilt[::_SAMPLES] - tilt[0])))
+    returned = float(np.max(np.abs(theta[::_SAMPLES] - theta[0])))
     return (
-        Match("smallest theta", -_peak(-tilt), nod.theta_min, 1e-8, "rad"),
-        Match("largest theta", _peak(tilt), nod.theta_max, 1e-8, "rad"),
+        Match("smallest theta", -_peak(-theta), nod.theta_min, 1e-8, "rad"),
+        Match("largest theta", _peak(theta), nod.theta_max, 1e-8, "rad"),
         Match(f"theta after 1 .. {periods} periods, from its start", returned, 0.0, 1e-8, "rad"),
     )
 
@@ -92,7 +97,7 @@ def _peak(values: Array) -> float:
 # Steady circles of the rolling disk: rates, and where they are stable.
 
 _LEANS = np.linspace(8.0, 86.0, 157)  # degrees of the axis from the vertical
-_RADII = ((0.6, BLUE), (1.0, GREEN), (2.0, RED))
+_COLORS = (BLUE, GREEN, RED)
 
 
 @exhibit(
@@ -104,24 +109,41 @@ _RADII = ((0.6, BLUE), (1.0, GREEN), (2.0, RED))
     source="Routh, Advanced Part, section 244; O'Reilly 1996",
     size=(7.2, 4.2),
 )
-def steady_circles(figure: Figure) -> tuple[Match, ...]:
-    """Rates of steady circles in closed form; simulate some of them for 5 s."""
+def steady_circles(
+    figure: Figure,
+    *,
+    wheel: RollingDisk = THE_DISK,
+    radii: tuple[float, float, float] = (0.6, 1.0, 2.0),
+) -> tuple[Match, ...]:
+    """Rates of steady circles in closed form; simulate some of them for 5 s.
+
+    Args:
+        figure: empty.
+        wheel: the disk.
+        radii: of the circles of the contact [m].
+    """
     left, right = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
-    for size, color in _RADII:
-        _draw_rates(left, size, color)
+    for size, color in zip(radii, _COLORS, strict=True):
+        _draw_rates(left, wheel, size, color)
     t = np.linspace(0.0, 5.0, 151)
-    cases = [(size, lean) for size, _ in _RADII for lean in (30.0, 50.0, 70.0)]
-    starts = [_start(_steady(*case), math.radians(case[1])) for case in cases]
-    contact = THE_DISK.simulate(np.array(starts), t)["contact"]
+    cases = [(size, lean) for size in radii for lean in (30.0, 50.0, 70.0)]
+    exact = [theory.steady_circle(math.radians(x), size, **shape(wheel)) for size, x in cases]
+    starts = wheel.state(
+        tilt=[math.radians(lean) for _, lean in cases],
+        precession=[circle.precession for circle in exact],
+        spin=[circle.omega3 for circle in exact],
+    )
+    contact = wheel.simulate(starts, t)["contact"]
     errors = []
-    for k, (size, lean) in enumerate(cases):
-        around, error = _compare(t, contact[:, k], starts[k], _steady(size, lean))
+    for k, (_, lean) in enumerate(cases):
+        along = wheel.velocity(starts[k])[:2]
+        around, error = _compare(t, contact[:, k], along, exact[k])
         turned = np.unwrap(np.arctan2(around[:, 1], around[:, 0]))
         left.plot(lean, (turned[-1] - turned[0]) / 5.0, "o", color=BLACK, ms=4.5, zorder=4)
         errors.append(error)
         if lean == 50.0:
-            right.plot(*around.T, color=_RADII[k // 3][1], lw=1.5)
-            right.plot(*around[0], "o", color=_RADII[k // 3][1], ms=5)
+            right.plot(*around.T, color=_COLORS[k // 3], lw=1.5)
+            right.plot(*around[0], "o", color=_COLORS[k // 3], ms=5)
     left.plot([], [], "o", color=BLACK, ms=4.5, label="simulated")
     left.plot([], [], color=MUTED, ls="--", lw=1.3, label="unstable")
     left.set_xlim(0.0, 90.0), left.set_ylim(0.0, 9.0)
@@ -132,12 +154,9 @@ def steady_circles(figure: Figure) -> tuple[Match, ...]:
     return (Match("largest error of the contact's circle in 5 s", max(errors), 0.0, 1e-7, "m"),)
 
 
-def _steady(size: float, lean: float) -> theory.SteadyCircle:
-    return theory.steady_circle(math.radians(lean), size, **SHAPE, g=THE_DISK.g)
-
-
-def _draw_rates(axes: Axes, size: float, color: str) -> None:
-    found = [_steady(size, float(lean)) for lean in _LEANS]
+def _draw_rates(axes: Axes, wheel: RollingDisk, size: float, color: str) -> None:
+    leans = np.radians(_LEANS).tolist()
+    found = [theory.steady_circle(lean, size, **shape(wheel)) for lean in leans]
     rate = np.array([circle.precession for circle in found])
     stable = np.array([circle.frequency_squared > 0.0 for circle in found])
     text = f"circle of {size:g} m"
@@ -145,15 +164,10 @@ def _draw_rates(axes: Axes, size: float, color: str) -> None:
     axes.plot(_LEANS, np.where(~stable, rate, np.nan), color=color, ls="--", lw=1.3)
 
 
-def _start(exact: theory.SteadyCircle, theta: float) -> Array:
-    return rolling(theta, 0.0, exact.precession, exact.omega3)
-
-
 def _compare(
-    t: Array, contact: Array, start: Array, exact: theory.SteadyCircle
+    t: Array, contact: Array, along: Array, exact: theory.SteadyCircle
 ) -> tuple[Array, float]:
     """Contact from the centre of its circle, and its largest departure from uniform motion."""
-    along = THE_DISK.velocity(start)[:2]
     inwards = np.array([-along[1], along[0]]) / np.hypot(*along)  # it turns to the left
     around = contact - (contact[0] + exact.contact_radius * inwards)
     uniform = exact.contact_radius * np.exp(1j * exact.precession * t) * complex(*-inwards)

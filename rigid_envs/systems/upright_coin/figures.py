@@ -29,11 +29,20 @@ _SHAPE = {"m": 1.0, "radius": 0.5, "i_perp": 0.0625, "i3": 0.125}
     source="Bloch, Nonholonomic Mechanics and Control, sections 1.4 and 1.6",
     size=(7.2, 5.6),
 )
-def coin(figure: Figure) -> tuple[Match, ...]:
-    """Simulate three motions, compare the paths of the contact with their closed forms."""
+def coin(
+    figure: Figure, *, torque: float = 0.02, slope: float = math.radians(15.0), speed: float = 1.1
+) -> tuple[Match, ...]:
+    """Simulate three motions, compare the paths of the contact with their closed forms.
+
+    Args:
+        figure: empty.
+        torque: that steers along the spiral [N m].
+        slope: that it drifts across [rad].
+        speed: there, at first [m/s].
+    """
     grid = figure.subplot_mosaic([["circles", "spiral"], ["slope", "slope"]])
     left = grid["circles"]
-    errors = [_circles(left), _spiral(grid["spiral"]), _slope(grid["slope"])]
+    errors = [_circles(left), _spiral(grid["spiral"], torque), _slope(grid["slope"], slope, speed)]
     left.plot([], [], "o", ms=3.5, color=BLACK, label="closed form")
     left.plot([], [], color=MUTED, lw=3.4, label="coin, seen from above")
     figure.legend(ncols=2)
@@ -59,33 +68,34 @@ def _circles(axes: Axes) -> float:
     errors = []
     for steer, roll, color in ((1.0, 2.0, BLUE), (-1.0, 1.2, RED)):
         t = np.linspace(0.0, 2.0 * math.pi, 361)
-        y = _COIN.state(q=_COIN.attitude(math.pi, 0.0), steer_rate=steer, roll_rate=roll)
+        y = _COIN.state(heading=math.pi, steer_rate=steer, roll_rate=roll)
         motion = _COIN.simulate(y, t)
         exact = theory.roll_coin(t, radius=0.5, phi_rate=steer, psi_rate=roll, phi=math.pi)
         errors.append(_plot(axes, motion["contact"], exact.place, exact.phi, color))
     return max(errors)
 
 
-def _spiral(axes: Axes) -> float:
+def _spiral(axes: Axes, torque: float) -> float:
     axes.set_title("constant torque: spiral [m]")
-    torque, roll = 0.02, 3.0
+    roll = 3.0
     t = np.linspace(-7.0, 7.0, 241)
     parts = []
     for way in (1.0, -1.0):  # from the middle forwards and backwards
         times = way * np.linspace(0.0, 7.0, 121)
-        y = _COIN.state(q=_COIN.attitude(math.pi, 0.0), roll_rate=roll)
+        y = _COIN.state(heading=math.pi, roll_rate=roll)
         parts.append(_COIN.simulate(y, times, [torque, 0.0])["contact"])
     path = np.concatenate([parts[1][:0:-1], parts[0]])
     exact = theory.drive_coin(t, **_SHAPE, torques=(torque, 0.0), psi_rate=roll, phi=math.pi)
     return _plot(axes, path, exact.place, exact.phi, GREEN)
 
 
-def _slope(axes: Axes) -> float:
-    axes.set_title("turning steadily on a slope of 15 degrees, downhill is down [m]")
-    slope, rate, speed = math.radians(15.0), 2.0, 1.1
+def _slope(axes: Axes, slope: float, speed: float) -> float:
+    degrees = math.degrees(slope)
+    axes.set_title(f"turning steadily on a slope of {degrees:g} degrees, downhill is down [m]")
+    rate = 2.0
     coin = UprightCoin(1.0, 0.5, 0.0625, 0.125, slope=slope)
     t = np.linspace(0.0, 4.0 * math.pi, 361)
-    y = coin.state(q=coin.attitude(math.pi, 0.0), steer_rate=rate, roll_rate=speed / 0.5)
+    y = coin.state(heading=math.pi, steer_rate=rate, roll_rate=speed / 0.5)
     motion = coin.simulate(y, t)
     exact = theory.steer_on_incline(
         t, slope=slope, beta=0.5, g=9.81, steering_rate=rate, speed=speed
