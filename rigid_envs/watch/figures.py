@@ -224,14 +224,14 @@ STYLE: dict[str, Any] = {
 
 
 def new_figure(size: tuple[float, float]) -> Figure:
-    """An empty figure, white, to draw into.
+    """An empty figure, white, to draw into; Jupyter shows it.
 
     Args:
         size: width and height [inch].
     """
-    from matplotlib.figure import Figure
+    from rigid_envs.watch.figure_class import ShownFigure
 
-    return Figure(figsize=size, layout=None)
+    return ShownFigure(figsize=size, layout=None)
 
 
 def lay_out(figure: Figure, below: float, above: float) -> None:

@@ -6,6 +6,7 @@ import shutil
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from rigid_envs.base.checks import ConfigError
@@ -63,6 +64,16 @@ def test_code_of_the_gallery_is_what_draws(tmp_path, monkeypatch):
     top, *_ = names["figure"].axes
     assert top.get_xlim() == (0.0, 30.0)
     assert sources == [entry.code for entry in FIGURES.values()]
+
+
+def test_a_figure_shows_the_whole_of_itself_in_jupyter(monkeypatch):
+    ipython = pytest.importorskip("IPython.display")
+    shown = []
+    monkeypatch.setattr(ipython, "display", shown.append)
+    figure = FIGURES["race"](slope=0.5)
+    figure._ipython_display_()
+    width, height = np.frombuffer(shown[0].data[16:24], dtype=">u4")
+    assert (width, height) == tuple(np.round(figure.get_size_inches() * figure.dpi))
 
 
 def test_data_holds_numbers_within_bounds_and_provenance(document):
