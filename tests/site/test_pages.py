@@ -20,7 +20,7 @@ browser = test_page.browser
 
 BALL = "RigidEnvs/BallPark-v0"
 DOCS = Path(__file__).parents[2] / "docs"
-LEFT_OUT = "exclude_patterns=_build,*.py,tutorials,reference,project"
+LEFT_OUT = "exclude_patterns=_build,*.py,notebooks,tutorials,reference,project"
 
 
 @pytest.fixture(scope="module")
