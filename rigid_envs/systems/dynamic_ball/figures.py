@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_STARTS = (
+_Start = tuple[tuple[float, float], tuple[float, float], str]
+_STARTS: tuple[_Start, ...] = (
     ((0.5, 0.0), (0.0, 0.45), figures.BLUE),
     ((0.0, -0.55), (0.1, 0.05), figures.GREEN),
     ((-0.35, 0.45), (0.12, -0.1), figures.RED),
@@ -55,36 +56,45 @@ def turntable(
     a = np.linspace(0.0, 2.0 * math.pi, 181)
     left.fill(np.cos(a), np.sin(a), fc="#f1f4f8", ec=figures.MUTED, lw=1.0, zorder=1)
     t = np.linspace(0.0, period, 181)
-    errors, turned = [], []
-    for place, velocity, color in _STARTS:
-        y = ball.state(position=place, velocity=velocity)
-        position = ball.simulate(y, t)["position"]
-        circle = theory.turntable_circle(
-            place, ball.omega_world(y), beta=beta, radius=0.05, turntable_rate=rate
-        )
-        arm = complex(*(np.array(place) - circle.centre))
-        exact = complex(*circle.centre) + arm * np.exp(1j * circle.rate * t)
-        errors.append(float(np.max(np.abs(position @ [1.0, 1j] - exact))))
-        around = np.unwrap(np.angle(position @ [1.0, 1j] - complex(*circle.centre)))
-        turned.append(float(around[-1] - around[0]) / (rate * t[-1]))
-        left.plot(*position.T, color=color)
-        left.plot(exact.real[::12], exact.imag[::12], "o", ms=3, color=figures.BLACK, zorder=4)
-        left.plot(*circle.centre, "+", color=color, ms=8)
-        left.plot(*place, "o", color=color, ms=8, zorder=3)
+    errors, rounds = zip(*(_circle(left, ball, start, t) for start in _STARTS), strict=True)
     tip, tail = (0.93 * np.array([math.cos(at), math.sin(at)]) for at in (-0.5, -0.9))
     figures.page_arrow(left, tail, tip, figures.MUTED, connectionstyle="arc3,rad=0.15")
-    errors.append(_tilted(right, ball, tilt, np.linspace(0.0, 2.0 * period, 361)))
+    drift = _tilted(right, ball, tilt, np.linspace(0.0, 2.0 * period, 361))
     left.plot([], [], color=figures.MUTED, label="simulated")
     left.plot([], [], "o", ms=3.5, color=figures.BLACK, label="closed form")
     figure.legend(ncols=2)
     return (
         figures.Match(
-            "rounds of the ball per round of the table", turned[0], beta / (1.0 + beta), 1e-9
+            "rounds of the ball per round of the table", rounds[0], beta / (1.0 + beta), 1e-9
         ),
         figures.Match(
-            "largest error of the paths against the closed form", max(errors), 0.0, 1e-9, "m"
+            "largest error of the paths against the closed form",
+            max(*errors, drift),
+            0.0,
+            1e-9,
+            "m",
         ),
     )
+
+
+def _circle(axes: Axes, ball: DynamicBall, start: _Start, t: Array) -> tuple[float, float]:
+    """A ball on the level turntable: error of its path, and its rounds per round of the table."""
+    place, velocity, color = start
+    y = ball.state(position=place, velocity=velocity)
+    position = ball.simulate(y, t)["position"]
+    rate = ball.turntable_rate
+    circle = theory.turntable_circle(
+        place, ball.omega_world(y), beta=ball.beta, radius=ball.radius, turntable_rate=rate
+    )
+    arm = complex(*(np.array(place) - circle.centre))
+    exact = complex(*circle.centre) + arm * np.exp(1j * circle.rate * t)
+    around = np.unwrap(np.angle(position @ [1.0, 1j] - complex(*circle.centre)))
+    axes.plot(*position.T, color=color)
+    axes.plot(exact.real[::12], exact.imag[::12], "o", ms=3, color=figures.BLACK, zorder=4)
+    axes.plot(*circle.centre, "+", color=color, ms=8)
+    axes.plot(*place, "o", color=color, ms=8, zorder=3)
+    error = float(np.max(np.abs(position @ [1.0, 1j] - exact)))
+    return error, float(around[-1] - around[0]) / (rate * t[-1])
 
 
 def _tilted(axes: Axes, ball: DynamicBall, tilt: float, t: Array) -> float:
