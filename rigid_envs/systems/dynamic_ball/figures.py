@@ -99,7 +99,7 @@ def _circle(axes: Axes, ball: DynamicBall, start: _Start, t: Array) -> tuple[flo
 
 def _tilted(axes: Axes, ball: DynamicBall, tilt: float, t: Array) -> float:
     """A ball that is pushed off against the drift."""
-    axes.set_title(f"turntable tilted by {math.degrees(tilt):g} degree: drift [m]")
+    axes.set_title(f"turntable tilted by {math.degrees(tilt):.3g} degree: drift [m]")
     y = ball.state(tilt=[tilt, 0.0], velocity=[-0.35, 0.0])
     motion, table = ball.simulate(y, t), {"beta": ball.beta, "turntable_rate": ball.turntable_rate}
     position, centre = motion["position"], motion["centre"]

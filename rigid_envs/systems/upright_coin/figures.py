@@ -91,7 +91,7 @@ def _spiral(axes: Axes, torque: float) -> float:
 
 def _slope(axes: Axes, slope: float, speed: float) -> float:
     degrees = math.degrees(slope)
-    axes.set_title(f"turning steadily on a slope of {degrees:g} degrees, downhill is down [m]")
+    axes.set_title(f"turning steadily on a slope of {degrees:.3g} degrees, downhill is down [m]")
     rate = 2.0
     coin = UprightCoin(1.0, 0.5, 0.0625, 0.125, slope=slope)
     t = np.linspace(0.0, 4.0 * math.pi, 361)

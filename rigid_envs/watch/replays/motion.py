@@ -81,19 +81,19 @@ def text_of(trajectory: Trajectory, title: str = "") -> str:
     first, last = _span(trajectory)
     rate = trajectory.system.rate_bound(trajectory.y, trajectory.input_at(trajectory.t), 0.0)
     wanted = int(np.ceil((last - first) * max(1.0 / _PERIOD, rate / _TURN)))
-    heads = title or type(trajectory.system).__name__
+    origin = heading(provenance())
 
     def payload(budget: int) -> dict[str, Any]:
         t = np.linspace(first, last, 1 + max(1, min(wanted, budget)))
         motions = _motions(trajectory, t)
         driven = any(np.any(motion.u != 0.0) for motion in motions)
-        shown = [_shown(trajectory.system, motion, driven) for motion in motions]
-        return page.document(shown, driven, heads, "")
+        shown = [_shown(trajectory.system, motion, driven, origin) for motion in motions]
+        return page.document(shown, driven, title or type(trajectory.system).__name__, "")
 
     return page.fitting(payload)
 
 
-def _shown(system: System, motion: _Motion, driven: bool) -> page.Shown:
+def _shown(system: System, motion: _Motion, driven: bool, origin: str) -> page.Shown:
     """A motion as a page shows it."""
     parameters = asdict(system)
     alone = SimpleNamespace(system=lambda _: system)  # in the place of a task, of which it has none
@@ -111,7 +111,7 @@ def _shown(system: System, motion: _Motion, driven: bool) -> page.Shown:
         view=view,
         path=path,
         curves=page.motion_curves(system, motion.y, motion.u, driven),
-        facts=page.facts(parameters, heading(provenance())),
+        facts=page.facts(parameters, origin),
     )
 
 
