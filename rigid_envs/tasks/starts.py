@@ -59,7 +59,7 @@ def _state(
     if isinstance(state, Mapping):
         known = f"some of {list(system.components)}"
         for name in state:
-            require(isinstance(name, str), name, "component of the state", known)
+            require(name in system.components, name, "component of the state", known)
     try:
         y = system.state(**state) if isinstance(state, Mapping) else system.checked_state(state)
     except ValueError as error:

@@ -60,7 +60,8 @@ def _tops(cases: Mapping[str, tuple[float, float, float]], seconds: float) -> Re
     """Tops by label, each from its tilt, rate of precession and spin."""
     starts = {}
     for label, (tilt, precession, spin) in cases.items():
-        starts[label] = {"tilt": tilt, "precession": precession, "spin": spin}
+        y = TOP.state(tilt=tilt, precession=precession, spin=spin)
+        starts[label] = {name: TOP.accessors[name](y) for name in ("q", "omega_body")}
     config = {"I_perp": TOP.I1, "I3": TOP.I3, "m": TOP.m, "g": TOP.g, "ell": TOP.ell}
     return _played(_TOP, starts, _idle(_TOP, seconds), config)
 

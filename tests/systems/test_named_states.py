@@ -1,5 +1,6 @@
 """States of named angles and rates: what they say is measured on the motion that they begin."""
 
+import gymnasium as gym
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -69,6 +70,13 @@ def test_a_ball_is_turned_by_its_rotation_vector(ball):
     np.testing.assert_allclose(ball.accessors["R"](y), Rotation.from_rotvec(turn).as_matrix(),
                                atol=1e-15)  # fmt: skip
     np.testing.assert_array_equal(ball.position(y), [[0.2, 0.1]] * 2)
+
+
+def test_a_start_of_an_environment_is_named_by_components_alone():
+    """What is left out of it is drawn: of a tilt alone it is not said what that would be."""
+    env = gym.make("RigidEnvs/SleepingTop-v0")
+    with pytest.raises(ValueError, match=r"component of the state = 'tilt'; expected some of"):
+        env.reset(options={"state": {"tilt": 0.3}})
 
 
 @pytest.mark.parametrize(
