@@ -21,6 +21,7 @@ sys.path[:0] = [str(HERE), str(HERE.parent)]
 import site_pages  # noqa: E402
 
 import rigid_envs  # noqa: E402
+from rigid_envs.tools.pages.formulas import with_latex  # noqa: E402
 
 project = "rigid-envs"
 author = project_copyright = "rigid-envs contributors"
@@ -94,7 +95,8 @@ html_theme_options = {
 def as_plain_text(
     app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]
 ) -> None:
-    """Show formulas that stand by themselves as they are written; keep bars and ``*lead``."""
+    """Formulas between dollars in LaTeX; those by themselves as they are; bars and ``*lead``."""
+    lines[:] = with_latex("\n".join(lines), ":math:`{}`").splitlines()
     shown: list[str] = []
     margin, formula = 0, False  # indentation of the prose; whether the last line was no prose
     for line in lines:

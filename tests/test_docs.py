@@ -19,6 +19,7 @@ from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.tools.cli import main
+from rigid_envs.tools.pages.formulas import latex, with_latex
 from rigid_envs.tools.pages.tables import SECTIONS, DocstringError, blocks, docstring_of
 from rigid_envs.tools.pages.writing import INDEX, file_of, pages, with_tables
 from tests.from_pages.model import arguments_of
@@ -230,6 +231,42 @@ def test_markdown_is_well_formed_and_its_links_lead_somewhere(name):
         if anchor:
             headings = re.findall(r"^#+ (.+)", text_of(file), re.MULTILINE)
             assert anchor in {title.lower().replace(" ", "-") for title in headings}
+
+
+@pytest.mark.parametrize(
+    ("plain", "written"),
+    [
+        (
+            "I omega' = I omega x omega + tau_body",
+            r"I \omega' = I \omega \times \omega + \tau_{\text{body}}",
+        ),
+        (
+            "tan x + wn <= sqrt(2 (a + b)) / |p|^2",
+            r"\tan x + \text{wn }\le \sqrt{2 (a + b)} / \lvert p\rvert^2",
+        ),
+        ("R R*^T -> R11 I3^-1 e_z", r"R {R^\ast}^T \to R_{11} I_3^{-1} e_z"),
+        ("m radius dt > start_tilt", r"m\text{ radius}\text{ dt} > \texttt{start_tilt}"),
+        ("dtheta / ds . n +- 1e-9 VX", r"d\theta / ds \cdot n \pm 10^{-9} V_X"),
+        ("-cbrt(|m|) [0, 1)", r"-\sqrt[3]{\lvert m\rvert} [0, 1)"),
+    ],
+)
+def test_formulas_in_plain_text_are_latex_in_a_page(plain, written):
+    assert latex(plain) == written
+    assert with_latex(f"so `x` = ${plain}$.", "<{}>") == f"so `x` = <{written}>."
+
+
+@each_file
+def test_formulas_of_a_page_are_latex_that_markdown_leaves_as_it_is(name):
+    prose = re.sub(r"`[^`]*`", "", text_of(name))
+    formulas = re.findall(r"\$([^$]+)\$", prose)
+    assert prose.count("$") == 2 * len(formulas)
+    for formula in formulas:
+        assert formula == formula.strip() and formula.count("{") == formula.count("}")
+        assert formula.count(r"\lvert") == formula.count(r"\rvert")
+        assert not re.search(r"[*|`]|}_|\\[^A-Za-z]|<\w", formula), formula  # marks of Markdown
+        bare = re.sub(r"\\text\w*\{[^}]*\}|\\operatorname\{\w+\}|\\[A-Za-z]+", " ", formula)
+        words = re.findall("[A-Za-z]+", bare)
+        assert all(re.fullmatch("d?[A-Za-z]", word) for word in words), formula
 
 
 @pytest.mark.parametrize(

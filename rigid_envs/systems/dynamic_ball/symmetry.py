@@ -39,5 +39,5 @@ def _across_y(point: Point, sign: Array) -> Point:
 
 
 HALF_TURN = Symmetry("half a turn about the normal of the table", _half_turn, signs)
-ACROSS_X = Symmetry("reflection X -> -X where the table does not turn", _across_x, signs)
-ACROSS_Y = Symmetry("reflection Y -> -Y where the table does not turn", _across_y, signs)
+ACROSS_X = Symmetry("reflection $X -> -X$ where the table does not turn", _across_x, signs)
+ACROSS_Y = Symmetry("reflection $Y -> -Y$ where the table does not turn", _across_y, signs)

@@ -19,21 +19,22 @@ from rigid_envs.systems.dynamic_ball.dynamics import DYNAMIC_BALL
 class DynamicBall(RollingContact, AdaptiveStepSystem):
     """Ball that rolls without slipping on a plate, pushed by gravity, a force and the plate.
 
-    The plate turns about the point O of its surface: plate axes are P = Rx(alpha_x) Ry(alpha_y) of
-    the world's, with the normal n third. Its surface may turn about n besides, at the constant
-    `turntable_rate` Omega; the plate axes do not follow that. With the contact force C,
-    ``m a = C + F + m g``, ``beta m radius^2 omega' = -radius n x C`` in world axes, and no slip:
-    ``v = (omega - w) x radius n + Omega n x (X, Y)`` in plate axes, w the rate of the plate. C is
-    eliminated exactly; of omega only the component along n is a state, so no slip can creep in.
+    The plate turns about the point $O$ of its surface: plate axes are $P = R_x(alpha_x)
+    R_y(alpha_y)$ of the world's, with the normal $n$ third. Its surface may turn about $n$ besides,
+    at the constant `turntable_rate` $Omega$; the plate axes do not follow that. With the contact
+    force $C$, $m a = C + F + m g$, $beta m radius^2 omega' = -radius n x C$ in world axes, and no
+    slip: $v = (omega - w) x radius n + Omega n x (X, Y)$ in plate axes, $w$ the rate of the plate.
+    $C$ is eliminated exactly; of $omega$ only the component along $n$ is a state, so no slip can
+    creep in.
 
-    State y = (w, x, y, z, X, Y, VX, VY, spin, alpha_x, alpha_y, rate_x, rate_y): attitude, body to
-    world; centre [m] and its velocity [m/s] in plate axes; n . omega [rad/s]; angles [rad] and
-    rates [rad/s] of the plate. Positive alpha_x makes -Y downhill.
-    Input u = (FX, FY, a_x, a_y): force at the centre in plate axes [N], and the accelerations of
-    alpha_x and alpha_y [rad/s^2]. A plate that is shaken with acceleration A pushes like F = -m A.
+    State $y = (w, x, y, z, X, Y, VX, VY, spin, alpha_x, alpha_y, rate_x, rate_y)$: attitude, body
+    to world; centre [m] and its velocity [m/s] in plate axes; $n . omega$ [rad/s]; angles [rad] and
+    rates [rad/s] of the plate. Positive $alpha_x$ makes $-Y$ downhill. Input $u = (FX, FY, a_x,
+    a_y)$: force at the centre in plate axes [N], and the accelerations of $alpha_x$ and $alpha_y$
+    [rad/s^2]. A plate that is shaken with acceleration $A$ pushes like $F = -m A$.
 
     The integrator is a symmetric splitting composed to fourth order. On a turntable it keeps the
-    speed to rounding. The rate that limits its step is |omega|.
+    speed to rounding. The rate that limits its step is $|omega|$.
 
     Attributes:
         m: mass [kg].

@@ -96,7 +96,7 @@ def near(x: float, tolerance: float) -> float:
 half_turned = partial(
     Reduction,
     group="SO(3) x Z2",
-    frame="half turn about e2 where the growing part of the motion would be negative.",
+    frame="half turn about $e2$ where the growing part of the motion would be negative.",
     symmetries=(ROTATION_IN_SPACE, HALF_TURN_2),
     Frame=Side,
 )

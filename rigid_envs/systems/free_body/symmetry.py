@@ -27,7 +27,7 @@ def _half_turn(number: int) -> symmetry.Symmetry:
 
         return symmetry.everywhere(point, change)
 
-    return symmetry.Symmetry(f"half turn of the body about e{number}", apply, symmetry.signs)
+    return symmetry.Symmetry(f"half turn of the body about $e{number}$", apply, symmetry.signs)
 
 
 ROTATION_IN_SPACE = symmetry.Symmetry("rotation of space", _rotate, symmetry.rotations)

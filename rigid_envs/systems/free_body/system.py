@@ -20,16 +20,17 @@ from rigid_envs.systems.free_body.dynamics import FREE_BODY
 class FreeBody(TurningBody, System):
     """Rigid body turning about its centre of mass.
 
-    ``I omega' = I omega x omega + tau``, ``q' = q (0, omega) / 2``, all in body axes, which are
-    the principal axes.
+    $I omega' = I omega x omega + tau$, $q' = q (0, omega) / 2$, all in body axes, which are the
+    principal axes.
 
-    State y = (w, x, y, z, omega1, omega2, omega3): attitude, body to world, and angular velocity
-    in body axes [rad/s]. Input u = (tau1, tau2, tau3): torque in body axes [N m].
+    State $y = (w, x, y, z, omega1, omega2, omega3)$: attitude, body to world, and angular velocity
+    in body axes [rad/s]. Input $u = (tau1, tau2, tau3)$: torque in body axes [N m].
 
-    The integrator is a symmetric splitting into exact rotations, composed to fourth order: the
-    size of L and L in space are kept to rounding, the energy error is bounded for ever. It splits
-    off the turn about L that a sphere of the middle moment would make: which axis has which moment
-    does not matter. The rate that limits its step is the larger one of |omega| and |L| / I2.
+    The integrator is a symmetric splitting into exact rotations, composed to fourth order: the size
+    of $L$ and $L$ in space are kept to rounding, the energy error is bounded for ever. It splits
+    off the turn about $L$ that a sphere of the middle moment would make: which axis has which
+    moment does not matter. The rate that limits its step is the larger one of $|omega|$ and $|L| /
+    I2$.
 
     Attributes:
         I1: principal moment about e1 [kg m^2].

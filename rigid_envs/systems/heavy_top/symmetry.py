@@ -27,11 +27,13 @@ TURN = symmetry.Symmetry(
     symmetry.angles,
 )
 PHASE = symmetry.Symmetry(
-    "turn of the axes e1 and e2 about e3 (I1 = I2)", symmetry.turn_of_body(_ACROSS), symmetry.angles
+    "turn of the axes $e1$ and $e2$ about $e3$ ($I1 = I2$)",
+    symmetry.turn_of_body(_ACROSS),
+    symmetry.angles,
 )
-HALF_TURN = symmetry.Symmetry("half turn of the body about e3", _turn_halfway, symmetry.signs)
+HALF_TURN = symmetry.Symmetry("half turn of the body about $e3$", _turn_halfway, symmetry.signs)
 REFLECTION = symmetry.Symmetry(
-    "reflection of the world in a vertical plane and of the body in the plane of e1 and e3",
+    "reflection of the world in a vertical plane and of the body in the plane of $e1$ and $e3$",
     _reflect,
     symmetry.signs,
 )

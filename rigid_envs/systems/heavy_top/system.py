@@ -18,21 +18,21 @@ from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP
 class HeavyTop(TurningBody, System):
     """Rigid body turning about a pivot on its axis e3, in gravity; the pivot may be accelerated.
 
-    ``I omega' = I omega x omega + tau_body + R^T tau_world + ell e3 x R^T m (-aX, -aY, -g)``,
-    ``q' = q (0, omega) / 2``, ``X' = V``, ``V' = a``. No Euler angle is used: the upright top is a
-    state like any other.
+    $I omega' = I omega x omega + tau_body + R^T tau_world + ell e3 x R^T m (-aX, -aY, -g)$, $q' = q
+    (0, omega) / 2$, $X' = V$, $V' = a$. No Euler angle is used: the upright top is a state like any
+    other.
 
-    State y = (w, x, y, z, omega1, omega2, omega3, X, Y, VX, VY): attitude, body to world; angular
-    velocity in body axes [rad/s]; horizontal position [m] and velocity [m/s] of the pivot.
-    Input u = (tau_body 1..3, tau_world x y z, aX, aY): torques about the pivot in body and in
-    world axes [N m], horizontal acceleration of the pivot [m/s^2].
+    State $y = (w, x, y, z, omega1, omega2, omega3, X, Y, VX, VY)$: attitude, body to world; angular
+    velocity in body axes [rad/s]; horizontal position [m] and velocity [m/s] of the pivot. Input $u
+    = (tau_body, tau_world, aX, aY)$: torques about the pivot in body and in world axes [N m],
+    horizontal acceleration of the pivot [m/s^2].
 
-    The integrator is a symmetric splitting composed to fourth order: the vertical momentum and
-    (I1 = I2) the spin momentum are kept to rounding, the energy error is bounded for ever. The rate
-    that limits its step is the larger one of |omega| and |I omega| / I2.
+    The integrator is a symmetric splitting composed to fourth order: the vertical momentum and ($I1
+    = I2$) the spin momentum are kept to rounding, the energy error is bounded for ever. The rate
+    that limits its step is the larger one of $|omega|$ and $|I omega| / I2$.
 
-    Without weight, g = 0, it is a `FreeBody` that is held at the pivot; with ell = 0, held at its
-    centre of mass, also the acceleration of the pivot has no effect on the rotation.
+    Without weight, $g = 0$, it is a `FreeBody` that is held at the pivot; with $ell = 0$, held at
+    its centre of mass, also the acceleration of the pivot has no effect on the rotation.
 
     Attributes:
         I1: principal moment about e1, at the pivot [kg m^2].

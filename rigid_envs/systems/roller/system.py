@@ -20,22 +20,22 @@ _DIFFERENCE = 1e-4  # by which differences and optimisers step below the least i
 class Roller(RollingContact, System):
     """Round body that rolls without slipping along a path in a vertical plane.
 
-    The path of its centre descends by the angle ``slope - curvature s`` after an arc length s: an
-    incline where the curvature is 0, else a circle of radius 1 / curvature: a valley (curvature >
-    0, its bottom at s = slope / curvature) or a hill. ``(1 + beta + beta_change) m s'' =
-    m g sin(slope - curvature s) + force``.
+    The path of its centre descends by the angle $slope - curvature s$ after an arc length $s$: an
+    incline where the curvature is 0, else a circle of radius 1 / curvature: a valley ($curvature >
+    0$, its bottom at $s = slope / curvature$) or a hill. $(1 + beta + beta_change) m s'' = m g
+    sin(slope - curvature s) + force$.
 
-    State y = (s, v): arc length along the path [m], velocity [m/s].
-    Input u = (force, beta_change): along the path, at the centre [N]; and what is added to the
-    inertia ratio, by masses moved outwards along spokes. It is held or changes while v goes on
-    steadily; where masses move at once, it is (1 + beta + beta_change) v that is kept, the
-    momentum about the contact: then v is the caller's to change.
+    State $y = (s, v)$: arc length along the path [m], velocity [m/s]. Input $u = (force,
+    beta_change)$: along the path, at the centre [N]; and what is added to the inertia ratio, by
+    masses moved outwards along spokes. It is held or changes while $v$ goes on steadily; where
+    masses move at once, it is $(1 + beta + beta_change) v$ that is kept, the momentum about the
+    contact: then $v$ is the caller's to change.
 
     Rolling needs friction. `contact_force` says how much, `needed_friction` which coefficient, and
     `slips` whether that exceeds `mu`; the motion itself is that without slip.
 
     The integrator is symplectic, composed to fourth order, and exact on an incline. The rate that
-    limits its step is ``|v curvature|``.
+    limits its step is $|v curvature|$.
 
     Attributes:
         m: mass [kg].

@@ -80,7 +80,7 @@ QUARTER_TURN = symmetry.Symmetry(
     symmetry.quarter_turns,
 )
 GRID_REFLECTION = symmetry.Symmetry(
-    "reflection in the plane through home and +x",
+    "reflection in the plane through home and $+x$",
     _of_a_square(REFLECTION.apply, 1.0),
     symmetry.signs,
 )

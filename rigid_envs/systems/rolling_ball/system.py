@@ -18,16 +18,16 @@ from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL
 class RollingBall(System):
     """Ball on the plane z = 0; the velocity of its centre and its spin are the inputs.
 
-    Rolling without slipping, ``v = omega_world x radius e_z``, fixes the horizontal angular
-    velocity: ``omega_world = (-VY / radius, VX / radius, spin)``. Then ``q' = (0, omega_world) q
-    / 2``, ``X' = VX``, ``Y' = VY``: five dimensions, of which two controls reach all.
+    Rolling without slipping, $v = omega_world x radius e_z$, fixes the horizontal angular velocity:
+    $omega_world = (-VY / radius, VX / radius, spin)$. Then $q' = (0, omega_world) q / 2$, $X' =
+    VX$, $Y' = VY$: five dimensions, of which two controls reach all.
 
     Contact forces are those of its acceleration, which neither state nor input says: take
     `DynamicBall` for them.
 
-    State y = (w, x, y, z, X, Y): attitude, body to world, and position of the centre [m].
-    Input u = (VX, VY, spin): velocity of the centre [m/s], angular velocity about the vertical
-    [rad/s]; held over a step, the step is the exact rotation.
+    State $y = (w, x, y, z, X, Y)$: attitude, body to world, and position of the centre [m]. Input
+    $u = (VX, VY, spin)$: velocity of the centre [m/s], angular velocity about the vertical [rad/s];
+    held over a step, the step is the exact rotation.
 
     Attributes:
         radius: radius of the ball [m].

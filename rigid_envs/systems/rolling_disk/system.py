@@ -23,20 +23,20 @@ _FLAT = 1e-6  # sin(theta) below which the point of contact is lost in rounding
 class RollingDisk(TurningBody, RollingContact, AdaptiveStepSystem):
     """Axisymmetric disk with a thin rim that rolls without slipping on the plane z = 0.
 
-    Newton's and Euler's laws with the contact force F at -radius n, n the radius that points up:
-    ``m v' = F - m g e_z``, ``dL/dt = -radius n x F + tau``, and no slip: ``v = omega x radius n``.
-    F is eliminated exactly, so the velocity of the centre is no state and cannot drift. No Euler
+    Newton's and Euler's laws with the contact force $F$ at $-radius n$, $n$ the radius that points
+    up: $m v' = F - m g e_z$, $L' = -radius n x F + tau$, and no slip: $v = omega x radius n$.
+    $F$ is eliminated exactly, so the velocity of the centre is no state and cannot drift. No Euler
     angle is used: the upright disk is a state like any other. The disk that lies flat is none: it
     has no point of contact.
 
-    State y = (w, x, y, z, omega1, omega2, omega3, X, Y): attitude, body to world, e3 the axis;
-    angular velocity in body axes [rad/s]; point of contact on the plane [m].
-    Input u = (tau_steer, tau_lean, tau_drive): torque [N m] about n, about the horizontal
-    direction of travel l = e3 x n, and about the axis e3.
+    State $y = (w, x, y, z, omega1, omega2, omega3, X, Y)$: attitude, body to world, $e3$ the axis;
+    angular velocity in body axes [rad/s]; point of contact on the plane [m]. Input $u = (tau_steer,
+    tau_lean, tau_drive)$: torque [N m] about $n$, about the horizontal direction of travel $l = e3
+    x n$, and about the axis $e3$.
 
     The integrator is a symmetric splitting composed to fourth order: time-reversible, so that the
     energy error is bounded, and exact on the steady circles. The rate that limits its step is
-    ``|omega3| + |(omega1, omega2)| / sin(theta) + sqrt(g / radius)``, theta from e3 to e_z.
+    $|omega3| + |(omega1, omega2)| / sin(theta) + sqrt(g / radius)$, $theta$ from $e3$ to $e_z$.
 
     Attributes:
         m: mass [kg].

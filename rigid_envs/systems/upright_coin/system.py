@@ -19,16 +19,16 @@ from rigid_envs.systems.upright_coin.dynamics import UPRIGHT_COIN
 class UprightCoin(RollingContact, AdaptiveStepSystem):
     """Coin or knife edge that is held upright, rolls without slipping and is steered.
 
-    ``R = Rz(phi) Rx(pi/2) Rz(psi)``: heading phi, roll phase psi. ``I1 phi'' = tau_steer``,
-    ``(I3 + m radius^2) psi'' = tau_drive + m g sin(slope) radius l_x``, and the contact moves along
-    l = (-cos phi, -sin phi) at radius psi': four dimensions of which two controls reach all. With
-    I3 = 0 it is the knife edge (a skate).
+    $R = R_z(phi) R_x(pi/2) R_z(psi)$: heading $phi$, roll phase $psi$. $I1 phi'' = tau_steer$, $(I3
+    + m radius^2) psi'' = tau_drive + m g sin(slope) radius l_x$, and the contact moves along $l =
+    (-cos phi, -sin phi)$ at $radius psi'$: four dimensions of which two controls reach all. With
+    $I3 = 0$ it is the knife edge (a skate).
 
-    World z is the normal of the plane, which descends along x by the angle `slope`.
+    World $z$ is the normal of the plane, which descends along $x$ by the angle `slope`.
 
-    State y = (w, x, y, z, X, Y, steer_rate, roll_rate): attitude, body to world; point of contact
-    [m]; phi' and psi' [rad/s].
-    Input u = (tau_steer, tau_drive): torque about the normal and about the axis e3 [N m].
+    State $y = (w, x, y, z, X, Y, steer_rate, roll_rate)$: attitude, body to world; point of contact
+    [m]; $phi'$ and $psi'$ [rad/s]. Input $u = (tau_steer, tau_drive)$: torque about the normal and
+    about the axis $e3$ [N m].
 
     Attributes:
         m: mass [kg].

@@ -125,7 +125,7 @@ def _reduced_frame(task: Task) -> list[Section]:
     goals = " The goals are as above." if task.n_goal else ""
     lead = (
         f'With `frame="reduced"`: {_array(len(reduction.features))}.{goals} '
-        f"The group is {reduction.group}: {names}. The frame: {reduction.frame}"
+        f"The group is ${reduction.group}$: {names}. The frame: {reduction.frame}"
     )
     formulas = tables.blocks(inspect.cleandoc(reduction.formulas)) if reduction.formulas else []
     table = tables.entry_table(reduction.features)
@@ -232,7 +232,7 @@ def describe(env_id: str, config: Mapping[str, Any]) -> str:
         Section("Example", [Code(example(env_id, config))]),
         *common(),
     ]
-    return "\n\n".join(_lines(sections, "="))
+    return "\n\n".join(_lines(sections, "=")).replace("$", "`")  # marks of formulas
 
 
 def example(env_id: str, config: Mapping[str, Any]) -> str:

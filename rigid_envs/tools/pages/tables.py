@@ -112,7 +112,8 @@ def _lines(row: Sequence[str], sizes: Sequence[int], sides: str) -> list[str]:
 #
 # A docstring has this form. The paragraphs of a section are indented; one may be an item of a list,
 # which begins with "- ". A subclass writes its summary, description and reference, and those other
-# sections in which it differs from its parent.
+# sections in which it differs from its parent. `name` is code; a formula stands between dollars,
+# `$|theta_x| <= sqrt(2)$`: see `formulas`.
 #
 #     One-line summary.
 #

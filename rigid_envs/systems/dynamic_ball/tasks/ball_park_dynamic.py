@@ -94,10 +94,10 @@ DYNAMIC_POSE = Reduction(
     frame_of=frame_of,
     turn=turn,
     formulas="""
-        The ball would roll on by ``d = |V| V / (2 a)``, a = F / (m (1 + beta)) with the largest
-        force F. Frame, the entries 0 to 8 and the action are those of `BallPark` for the offset
-        ``(X, Y) + d`` and the attitude after the rotation by ``|d| / radius`` about ``e_z x d``,
-        also on a turntable; there the side k is 1, and theta_z from -pi. The other entries are the
+        The ball would roll on by $d = |V| V / (2 a)$, $a = F / (m (1 + beta))$ with the largest
+        force $F$. Frame, the entries 0 to 8 and the action are those of `BallPark` for the offset
+        $(X, Y) + d$ and the attitude after the rotation by $|d| / radius$ about $e_z x d$, also on
+        a turntable; there the side $k$ is 1, and $theta_z$ from $-pi$. The other entries are the
         present offset and velocity, seen as horizontal vectors, and the speed, each within its
         bounds.
     """,
@@ -232,40 +232,40 @@ class BallParkDynamic(DynamicBallTask):
     goal counts only at rest. The plate ends `margin` outside the corners of the start square.
 
     Physics:
-        The rotational inertia adds to the mass, ``m (1 + beta) v' = F`` with beta = I / (m
-        radius^2), so that a solid sphere accelerates at 5/7 of F / m. Without force it rolls on
+        The rotational inertia adds to the mass, $m (1 + beta) v' = F$ with $beta = I / (m
+        radius^2)$, so that a solid sphere accelerates at 5/7 of $F / m$. Without force it rolls on
         along a straight line: its velocity, its energy and its spin about the vertical, which is 0,
-        are conserved. On a level plate g has no effect on the motion, which needs the coefficient
-        of friction ``beta / (1 + beta) |F| / (m g)``. On a turntable (`turntable_rate` Omega) the
-        velocity also turns, at the rate ``beta / (1 + beta) Omega``.
+        are conserved. On a level plate $g$ has no effect on the motion, which needs the coefficient
+        of friction $beta / (1 + beta) |F| / (m g)$. On a turntable (`turntable_rate` $Omega$) the
+        velocity also turns, at the rate $beta / (1 + beta) Omega$.
 
-        The attitude follows by rolling, ``v = omega x radius e_z``: growth vector (2, 3, 5) of the
+        The attitude follows by rolling, $v = omega x radius e_z$: growth vector $(2, 3, 5)$ of the
         velocity fields, with one integrator between force and velocity.
 
     Rewards:
-        The cost of `BallPark`, with the orders of the Lie brackets: its terms ``position``,
-        ``twist``, ``mismatch`` and ``angle``, whose default weight is 0. ``parked`` = 1 in the step
-        that parks the ball, and ``off`` = -1 in the step that leaves the plate, which costs more
-        than resting anywhere on it for the whole episode.
+        The cost of `BallPark`, with the orders of the Lie brackets: its terms `position`, `twist`,
+        `mismatch` and `angle`, whose default weight is 0. `parked` = 1 in the step that parks the
+        ball, and `off` = -1 in the step that leaves the plate, which costs more than resting
+        anywhere on it for the whole episode.
 
     Starting State:
-        At rest: position uniform in the square ``|X|, |Y| <= start_half_width``, attitude uniform
-        on SO(3). The plate is level: tilt and its rate are 0, and no others are taken.
+        At rest: position uniform in the square $|X|, |Y| <= start_half_width$, attitude uniform on
+        SO(3). The plate is level: tilt and its rate are 0, and no others are taken.
 
     Episode End:
         The episode terminates when the ball is parked: its offset is at most `position_tolerance`,
         the angle of its attitude at most `angle_tolerance` and its speed at most `speed_tolerance`.
         That step is the success (`info["is_success"]`). It also terminates when the ball leaves the
-        plate: its distance from the origin is more than ``sqrt(2) start_half_width + margin``,
-        which is `margin` beyond the corners of the start square.
+        plate: its distance from the origin is more than $sqrt(2) start_half_width + margin$, which
+        is `margin` beyond the corners of the start square.
 
     Reference:
         `three_rolls` plans three straight rolls, each with full force forward and then backward
-        during whole control periods. It tracks them by ``F = m (1 + beta) (a + k^2 (position - X) +
-        2 k (velocity - V))`` with k = 2 / s.
+        during whole control periods. It tracks them by $F = m (1 + beta) (a + k^2 (position - X) +
+        2 k (velocity - V))$ with $k = 2 / s$.
 
-        Bound: a motion from rest to rest over the length L takes at least ``2 sqrt(L (1 + beta) m /
-        F)``, and no path is shorter than ``L = max(distance, radius angle)``, less the tolerances.
+        Bound: a motion from rest to rest over the length $L$ takes at least $2 sqrt(L (1 + beta) m
+        / F)$, and no path is shorter than $L = max(distance, radius angle)$, less the tolerances.
         The ball need not stop at the corners of its path, as it does with `three_rolls`.
 
     Version History:

@@ -137,15 +137,15 @@ TABLE = Reduction(
     frame_of=frame_of,
     turn=turn,
     formulas="""
-        The sign of X is -1 where ``X - X* < 0``, that of Y where ``Y - Y* < 0``, else 1; on a
-        turntable both are that of the sum. X, VX, alpha_y and alpha_y' have the sign of X; Y, VY,
-        alpha_x, alpha_x' that of Y; the spin their product. The action is multiplied by (sign of Y,
-        sign of X).
+        The sign of $X$ is -1 where $X - X* < 0$, that of $Y$ where $Y - Y* < 0$, else 1; on a
+        turntable both are that of the sum. $X$, $VX$, $alpha_y$ and $alpha_y'$ have the sign of
+        $X$; $Y$, $VY$, $alpha_x$, $alpha_x'$ that of $Y$; the spin their product. The action is
+        multiplied by (sign of $Y$, sign of $X$).
 
-        With the offset d, ``a = g / (1 + beta)`` and ``T = 3.5 sqrt(radius / a)``, predicted is ``d
-        / max(|d|, 1) + T (VX + radius alpha_y', VY - radius alpha_x') + T^2 a / 2 (alpha_y + dt
-        alpha_y' / 2, -alpha_x - dt alpha_x' / 2)``, with radius, beta and g of the episode. The
-        logarithm is that of an offset limited to 20.
+        With the offset $d$, $a = g / (1 + beta)$ and $T = 3.5 sqrt(radius / a)$, predicted is $d /
+        max(|d|, 1) + T (VX + radius alpha_y', VY - radius alpha_x') + T^2 a / 2 (alpha_y + dt
+        alpha_y' / 2, -alpha_x - dt alpha_x' / 2)$, with the radius, $beta$ and $g$ of the episode.
+        The logarithm is that of an offset limited to 20.
     """,
 )
 """Reduction of `BallPlate`: reflections in both axes; half a turn where the table turns."""
@@ -259,50 +259,50 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 class BallPlate(DynamicBallTask):
     """Hold a ball at a commanded point of a table, drawn in every episode, by tilting the table.
 
-    The ball rolls without slipping on a table that turns about the point O of its surface by the
-    angles alpha_x and alpha_y. The action commands the rates of the two angles. The attitude of the
-    ball does not matter here and is not observed (`rotation`).
+    The ball rolls without slipping on a table that turns about the point $O$ of its surface by the
+    angles $alpha_x$ and $alpha_y$. The action commands the rates of the two angles. The attitude of
+    the ball does not matter here and is not observed (`rotation`).
 
     Why it is hard: there are two integrators between tilt and position, and tilting first moves the
     centre in the wrong direction. A small tilt limit makes stopping slow, and the table is small.
 
     Physics:
-        Near level, in the axes of the table and with beta = I / (m radius^2), ``X'' = g alpha_y /
-        (1 + beta) - radius alpha_y''`` and ``Y'' = -g alpha_x / (1 + beta) + radius alpha_x''``.
-        The full equations are simulated, with centrifugal and gyroscopic terms. The mass has no
-        effect on the motion. The motor changes the rates of the angles linearly to the commanded
-        ones within the control period, and brakes in time to stop at `tilt_limit`: for each angle,
-        with the rate omega at the beginning, the commanded rate is limited to ``(+-tilt_limit -
-        alpha) / dt - omega / 2``, then to +-`tilt_rate`, and the acceleration is (commanded rate -
-        omega) / dt.
+        Near level, in the axes of the table and with $beta = I / (m radius^2)$, $X'' = g alpha_y /
+        (1 + beta) - radius alpha_y''$ and $Y'' = -g alpha_x / (1 + beta) + radius alpha_x''$. The
+        full equations are simulated, with centrifugal and gyroscopic terms. The mass has no effect
+        on the motion. The motor changes the rates of the angles linearly to the commanded ones
+        within the control period, and brakes in time to stop at `tilt_limit`: for each angle, with
+        the rate $omega$ at the beginning, the commanded rate is limited to $(+-tilt_limit - alpha)
+        / dt - omega / 2$, then to $+-tilt_rate$, and the acceleration is the commanded rate less
+        $omega$, over `dt`.
 
         Tilting moves the centre of the ball in the wrong direction by radius times angle: a zero of
-        the transfer function in the right half-plane, at ``sqrt(g / ((1 + beta) radius))``. On a
-        turntable (`turntable_rate` Omega) a free ball does not roll along a straight line but round
-        a circle, at ``beta / (1 + beta) Omega``: 2/7 of the rate of the table for a solid sphere,
-        2/5 for a hollow one, whatever its size and speed.
+        the transfer function in the right half-plane, at $sqrt(g / ((1 + beta) radius))$. On a
+        turntable (`turntable_rate` $Omega$) a free ball does not roll along a straight line but
+        round a circle, at $beta / (1 + beta) Omega$: 2/7 of the rate of the table for a solid
+        sphere, 2/5 for a hollow one, whatever its size and speed.
 
     Rewards:
-        ``near`` = ``1 / (1 + 5 distance)`` with the distance to the point [m], and ``effort`` =
-        ``-min(|rates|^2 / (2 tilt_rate^2), 1)`` of the angles, which penalises unnecessary tilting.
-        The rates are those at the end of the step; the cost is ``dt |rates|``.
+        `near` = $1 / (1 + 5 distance)$ with the distance to the point [m], and `effort` =
+        $-min(|rates|^2 / (2 tilt_rate^2), 1)$ of the angles, which penalises unnecessary tilting.
+        The rates are those at the end of the step; the cost is $dt |rates|$.
 
     Starting State:
         The table is level and at rest. Ball and point are uniform in a disk of `start_radius`, the
         velocity in one of `start_speed`; the ball does not spin about the normal, and its attitude
-        is uniform on SO(3).
+        is uniform on $SO(3)$.
 
     Episode End:
         Success (`info["is_success"]`): the distance to the point has been below `tolerance`
-        throughout the last `hold` seconds: n steps in succession, where ``n dt >= hold``. The
-        episode terminates when the ball passes the edge of the table: it is more than
-        ``start_radius + margin`` from O.
+        throughout the last `hold` seconds: $n$ steps in succession, where $n dt >= hold$. The
+        episode terminates when the ball passes the edge of the table: it is more than $start_radius
+        + margin$ from $O$.
 
     Reference:
-        `lqr` is the linear-quadratic regulator ``rates = -K (offset, velocity, tilt, tilt rates)``
-        of the level table, with the offset limited to 1 m.
+        `lqr` is the linear-quadratic regulator $rates = -K (offset, velocity, tilt, tilt rates)$ of
+        the level table, with the offset limited to 1 m.
 
-        Exact: a free ball on a turntable goes round at ``beta / (1 + beta)`` of its rate. A ball at
+        Exact: a free ball on a turntable goes round at $beta / (1 + beta)$ of its rate. A ball at
         rest on its point stays there on a level table, without effort.
 
     Version History:

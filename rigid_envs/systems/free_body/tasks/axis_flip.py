@@ -98,22 +98,23 @@ FLIP = saddle.half_turned(
     frame_of=saddle.growing_frame,
     turn=saddle.turn,
     formulas="""
-    With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
-    I1)))`, `growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))`, `k = I1 (I3 - I1) / (4 I2 (I3 - I2))`: `d
-    = w1 - r w3`, `s = w1 + r w3`, and the sign S is -1 where `w2 (d - s) + d + s` < 0, else 1. From
-    here on w1, w3, d and s are those times S.
+    With $w = omega / Omega$, in the entries limited to $+-20$, $r = sqrt(I3 (I3 - I2) / (I1 (I2 -
+    I1)))$, $growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))$, $k = I1 (I3 - I1) / (4 I2 (I3 - I2))$: $d
+    = w1 - r w3$, $s = w1 + r w3$, and the sign $S$ is -1 where $w2 (d - s) + d + s < 0$, else 1.
+    From here on $w1$, $w3$, $d$ and $s$ are those times $S$.
 
-    The motion that arrives at T, within 0.6 of `tolerance`, is `w2 = tanh(W)`, `d = D = +-1 /
-    (sqrt(k) cosh(W))` with the sign of d, and s = 0, where the wanted time is `W = Omega growth
-    left - log(max(2 / (l sqrt(k)), 1))`, `l = 1.2 tolerance / sqrt(1 + 1 / r^2)` and left is the
-    time left, at least 0. With `n = sqrt(w2^2 + k (d^2 + s^2))` the flip is to come at `C =
-    +-log((n + |w2|) / (sqrt(k) |d|))` with the sign of w2; numerator over sqrt(k) and |d| are at
-    least 1e-9.
+    The motion that arrives at $T$, within 0.6 of `tolerance`, is $w2 = tanh(W)$, $d = D = +-1 /
+    (sqrt(k) cosh(W))$ with the sign of $d$, and $s = 0$, where the wanted time is $W = Omega growth
+    left - log(max(2 / (l sqrt(k)), 1))$, $l = 1.2 tolerance / sqrt(1 + 1 / r^2)$ and $left$ is the
+    time left, at least 0. With $n = sqrt(w2^2 + k (d^2 + s^2))$ the flip is to come at $C =
+    +-log((n + |w2|) / (sqrt(k) |d|))$ with the sign of $w2$; numerator over $sqrt(k)$ and $|d|$ are
+    at least $1e-9$.
 
-    Entries: w1, w2, w3, left / longest, `W / log(10)`, `(C - W) / log(10)`, and `x / (|x| +
-    tolerance)` of `w1 - D / 2`, `w2 - tanh(W)`, `w3 + D / (2 r)`. When no time is left, the sixth
-    is 0, D is d, and tanh(W) is replaced by `-sqrt(max(1 - k d^2, 0))`. |W| counts as at most 16 in
-    tanh and cosh, whose error is below 1e-5. The action a acts as (S a1, a2, S a3).
+    Entries: $w1$, $w2$, $w3$, the time left over the largest of `flip_time`, $W / log(10)$, $(C -
+    W) / log(10)$, and $x / (|x| + tolerance)$ of $w1 - D / 2$, $w2 - tanh(W)$, $w3 + D / (2 r)$.
+    When no time is left, the sixth is 0, $D$ is $d$, and $tanh(W)$ is replaced by $-sqrt(max(1 - k
+    d^2, 0))$. $|W|$ counts as at most 16 in $tanh$ and $cosh$, whose error is below $1e-5$. The
+    action $a$ acts as $(S a1, a2, S a3)$.
     """,
 )
 """Reduction of `AxisFlip`: SO(3), turns in space, times the half turn about e2."""
@@ -193,40 +194,40 @@ def observe(
 class AxisFlip(shared.PerturbedSpinTask):
     """Reverse the spin in the body, from e2 to -e2, by a commanded time with the least impulse.
 
-    The angular momentum L is fixed in space, but not in the body: spin about the unstable
+    The angular momentum $L$ is fixed in space, but not in the body: spin about the unstable
     intermediate axis flips to the opposite direction by itself (the Dzhanibekov effect). A small
     early impulse along the unstable direction is enough; the more time is left, the smaller it can
-    be. The difficulty is to flip at the commanded time and to stay at -e2, which is as unstable as
-    e2.
+    be. The difficulty is to flip at the commanded time and to stay at $-e2$, which is as unstable
+    as $e2$.
 
-    The time T is drawn at reset and the time left is observed. From T on to the end of the episode
-    the spin must stay at -e2, where holding it costs almost no impulse.
+    The time $T$ is drawn at reset and the time left is observed. From $T$ on to the end of the
+    episode the spin must stay at $-e2$, where holding it costs almost no impulse.
 
     Physics:
-        Euler's equations ``I omega' = I omega x omega + tau``, all in body axes, which are the
-        principal axes. Without torque the energy T and the angular momentum L in space are
+        Euler's equations $I omega' = I omega x omega + tau$, all in body axes, which are the
+        principal axes. Without torque the energy $T$ and the angular momentum $L$ in space are
         conserved.
 
-        Reversing the spin directly takes the impulse ``2 L = 2 I2 Omega``. An impulse of relative
-        size delta along the unstable direction flips the body after the time ``log(1 / delta) /
-        lambda`` plus a constant, with ``lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))``. So
-        from exact spin about e2 the least impulse decreases as ``exp(-lambda T)`` with the
-        commanded time T.
+        Reversing the spin directly takes the impulse $2 L = 2 I2 Omega$. An impulse of relative
+        size $delta$ along the unstable direction flips the body after the time $log(1 / delta) /
+        lambda$ plus a constant, with $lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))$. So from
+        exact spin about $e2$ the least impulse decreases as $exp(-lambda T)$ with the commanded
+        time $T$.
 
         The kinetic energy that full torque can give the body before the time limit bounds its
         rates.
 
     Rewards:
-        ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega + Omega e2| / Omega`` from the
-        commanded time T on, and 0 before: the motion until then is not rewarded. The time left is T
-        at the start, and every step subtracts `dt`; observed is ``max(time left, 0)`` over the
-        largest of `flip_time`. From T on is when less than ``1e-9 dt`` is left. ``impulse`` =
-        ``-|tau| / (sqrt(3) torque)``, not squared, so that its sum is proportional to the impulse
-        to be minimised.
+        `spin` = $1 / (1 + 10 error)$ with $error = |omega + Omega e2| / Omega$ from the commanded
+        time $T$ on, and 0 before: the motion until then is not rewarded. The time left is $T$ at
+        the start, and every step subtracts `dt`; observed is $max(time left, 0)$ over the largest
+        of `flip_time`. From $T$ on is when less than $1e-9 dt$ is left. `impulse` = $-|tau| /
+        (sqrt(3) torque)$, not squared, so that its sum is proportional to the impulse to be
+        minimised.
 
     Starting State:
-        omega is ``Omega e2`` (`spin_rate`) plus a perturbation uniform in a ball of radius
-        `start_spread`; the attitude is uniform on SO(3). The commanded time is uniform in
+        $omega$ is $Omega e2$ (`spin_rate`) plus a perturbation uniform in a ball of radius
+        `start_spread`; the attitude is uniform on $SO(3)$. The commanded time is uniform in
         `flip_time`.
 
     Episode End:
@@ -234,12 +235,11 @@ class AxisFlip(shared.PerturbedSpinTask):
         below `tolerance` from the commanded time on, in every step up to this one.
 
     Reference:
-        `timed` tracks the free motion that flips at the commanded time,
-        ``tau = -1.5 Omega I (omega - omega_free)``, where omega_free lies on the separatrix (a tanh
-        and a cosh of the time left). `brute_force` reverses the spin at once,
-        ``tau = -4 Omega I (omega + Omega e2)``.
+        `timed` tracks the free motion that flips at the commanded time, $tau = -1.5 Omega I (omega
+        - omega_free)$, where $omega_free$ lies on the separatrix ($tanh$ and $cosh$ of the
+        time left). `brute_force` reverses the spin at once, $tau = -4 Omega I (omega + Omega e2)$.
 
-        Exact: torque about e2 alone, from exact spin, costs ``2 L = 2 I2 Omega``.
+        Exact: torque about $e2$ alone, from exact spin, costs $2 L = 2 I2 Omega$.
 
     Version History:
         v0: first version.

@@ -122,13 +122,14 @@ MOMENTUM = Reduction(
     frame_of=frame_of,
     turn=turn,
     formulas="""
-    With `L = I omega`, in the entries of omega limited to +-20, and n = L / |L|, e3 where |L| <
-    1e-9 start_momentum. Entries: |L| / start_momentum, |L| / impulse up to 1 and up to 100, `log(1
-    + |L| / (tolerance start_momentum))` with an argument up to 1e8, |n1|, |n2|, |n3|, and `3
-    sqrt(3) n1 n2 n3`.
+    With $L = I omega$, in the entries of $omega$ limited to $+-20$, and $n = L / |L|$, $e3$ where
+    $|L| < 1e-9 start_momentum$. Entries: $|L| / start_momentum$, $|L| / impulse$ up to 1 and up to
+    100, $log(1 + |L| / (tolerance start_momentum))$ with an argument up to $1e8$, $|n1|$, $|n2|$,
+    $|n3|$, and $3 sqrt(3) n1 n2 n3$.
 
-    The action a acts as `-a1 n + a2 b + a3 n x b` with b along `n x omega`. Where `|n x omega| <
-    1e-9`, `b = (1 - S n1^2 / (S + n3), -S n1 n2 / (S + n3), -S n1)`, S = -1 where n3 < 0, else 1.
+    The action $a$ acts as $-a1 n + a2 b + a3 n x b$ with $b$ along $n x omega$. Where $|n x omega|
+    < 1e-9$, $b = (1 - S n1^2 / (S + n3), -S n1 n2 / (S + n3), -S n1)$, $S = -1$ where $n3 < 0$,
+    else 1.
     """,
 )
 """Reduction of `Detumble`: SO(3), turns in space, times the half turns about the three axes.
@@ -221,40 +222,40 @@ def observe(y: State, aux: NoAuxiliary, p: Parameters, c: Constants) -> tuple[fl
 class Detumble(BodyTask):
     """Bring the angular momentum of a tumbling body to zero by impulses.
 
-    Each step is an impulse, which changes the angular momentum L at once, and then free motion,
-    which rotates L in the body and conserves its norm. The observation is the angular velocity,
+    Each step is an impulse, which changes the angular momentum $L$ at once, and then free motion,
+    which rotates $L$ in the body and conserves its norm. The observation is the angular velocity,
     whose free motion is nonlinear. But impulses act on the momentum, and the cost depends on its
     norm only, so the optimal policy is known exactly.
 
     Physics:
-        An impulse j changes the momentum by ``L -> L + j``; then the body moves freely for a
-        control period, by Euler's equations ``I omega' = I omega x omega``. Momentum and impulse
-        are vectors in body axes, which are the principal axes, and ``omega = I^-1 L``. The free
-        motion conserves the norm of L, and L in space, to rounding.
+        An impulse $j$ changes the momentum by $L -> L + j$; then the body moves freely for a
+        control period, by Euler's equations $I omega' = I omega x omega$. Momentum and impulse are
+        vectors in body axes, which are the principal axes, and $omega = I^-1 L$. The free motion
+        conserves the norm of $L$, and $L$ in space, to rounding.
 
         The sum of the largest impulses until the time limit bounds the rates.
 
     Rewards:
-        ``momentum`` = ``-(|L| / start_momentum)^2`` after the step (not below -100) and ``impulse``
-        = ``-(|j| / impulse)^2``: a quadratic cost with a known optimum.
+        `momentum` = $-(|L| / start_momentum)^2$ after the step (not below -100) and `impulse` =
+        $-(|j| / impulse)^2$: a quadratic cost with a known optimum.
 
     Starting State:
         The angular momentum is uniform in a ball of radius `start_momentum`; the attitude is
-        uniform on SO(3).
+        uniform on $SO(3)$.
 
     Episode End:
-        The episode ends only at its time limit. Success (`info["is_success"]`): |L| is below
+        The episode ends only at its time limit. Success (`info["is_success"]`): $|L|$ is below
         `tolerance` times `start_momentum`.
 
     Reference:
-        Exact: with a and b the weights over the squares of start_momentum and impulse, the cost to
-        go is ``P |L|^2`` with the root ``P = (-a + sqrt(a^2 + 4 a b)) / 2`` of the scalar Riccati
-        equation ``P = b (a + P) / (a + b + P)``, under the law ``j = -L (a + P) / (a + b + P)``,
-        which is `riccati`: n steps cost ``P (|L_0|^2 - |L_n|^2)``. With equal weights it stays
+        Exact: with $a$ and $b$ the weights over the squares of `start_momentum` and `impulse`, the
+        cost to go is $P |L|^2$ with the root $P = (-a + sqrt(a^2 + 4 a b)) / 2$ of the scalar
+        Riccati equation $P = b (a + P) / (a + b + P)$, under the law $j = -L (a + P) / (a + b +
+        P)$, which is `riccati`: $n$ steps cost $P (|L_0|^2 - |L_n|^2)$. With equal weights it stays
         within the ball of impulses for all starts.
 
-        The least time to rest is ``|L| / impulse`` steps, rounded up. `brake` attains it with the
-        largest impulse against L.
+        The least time to rest is $|L| / impulse$ steps, rounded up. `brake` attains it with the
+        largest impulse against $L$.
 
     Version History:
         v0: first version.

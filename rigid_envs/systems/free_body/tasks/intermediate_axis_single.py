@@ -50,45 +50,45 @@ def outcome(
 class IntermediateAxisSingle(PerturbedSpinTask):
     """Align the spin with the unstable intermediate axis e2 by a torque about e3 alone.
 
-    Without control the spin leaves e2 and flips over. One torque is enough to hold it there if it
-    reverses the sign of a gyroscopic term; a law that only damps omega3 fails.
+    Without control the spin leaves $e2$ and flips over. One torque is enough to hold it there if it
+    reverses the sign of a gyroscopic term; a law that only damps $omega3$ fails.
 
     The final rate of the spin cannot be chosen, as the torque conserves a quadratic form. So the
     goal is the direction of the spin only.
 
     Physics:
-        Euler's equations ``I omega' = I omega x omega + (0, 0, tau3)``, all in body axes, which are
-        the principal axes. Under any tau3 the sum ``I1 (I3 - I1) omega1^2 + I2 (I3 - I2) omega2^2``
+        Euler's equations $I omega' = I omega x omega + (0, 0, tau3)$, all in body axes, which are
+        the principal axes. Under any $tau3$ the sum $I1 (I3 - I1) omega1^2 + I2 (I3 - I2) omega2^2$
         is conserved.
 
-        Without control the spin leaves e2 at the rate ``lambda = Omega sqrt((I2 - I1)(I3 - I2) /
-        (I1 I3))``, 0.577 per second for the default body. ``tau3 = eps omega1 omega2 - k omega3``
-        with ``k > 0`` makes e2 stable if and only if ``eps > I2 - I1``, as it then reverses the
-        sign of the gyroscopic term of ``I3 omega3' = (I1 - I2) omega1 omega2 + tau3``. Bounded
-        torque can hold the unstable mode only near the axis: to first order, for the default body,
-        while ``|omega1 - sqrt(3) omega3| < 0.45`` rad/s. At the start it is 0.4 at most.
+        Without control the spin leaves $e2$ at the rate $lambda = Omega sqrt((I2 - I1)(I3 - I2) /
+        (I1 I3))$, 0.577 per second for the default body. $tau3 = eps omega1 omega2 - k omega3$ with
+        $k > 0$ makes $e2$ stable if and only if $eps > I2 - I1$, as it then reverses the sign of
+        the gyroscopic term of $I3 omega3' = (I1 - I2) omega1 omega2 + tau3$. Bounded torque can
+        hold the unstable mode only near the axis: to first order, for the default body, while
+        $|omega1 - sqrt(3) omega3| < 0.45$ rad/s. At the start it is 0.4 at most.
 
         The kinetic energy that full torque can give the body before the time limit bounds its
         rates.
 
     Rewards:
-        ``axis`` = ``1 / (1 + 10 angle)`` with the angle from e2 to omega: its slope is largest at
-        zero angle and nowhere zero. ``effort`` = ``-(tau3 / torque)^2`` has a small weight: spin at
-        e2 needs no torque.
+        `axis` = $1 / (1 + 10 angle)$ with the angle from $e2$ to $omega$: its slope is largest at
+        zero angle and nowhere zero. `effort` = $-(tau3 / torque)^2$ has a small weight: spin at
+        $e2$ needs no torque.
 
     Starting State:
-        omega is ``Omega e2`` (`spin_rate`) plus a perturbation uniform in a ball of radius
-        `start_spread`; the attitude is uniform on SO(3).
+        $omega$ is $Omega e2$ (`spin_rate`) plus a perturbation uniform in a ball of radius
+        `start_spread`; the attitude is uniform on $SO(3)$.
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): the angle has been
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        `energy_casimir` is energy-Casimir feedback, ``tau3 = eps omega1 omega2 - k omega3`` with
-        ``eps = 3 (I2 - I1)`` and ``k = 5/3 I3 Omega``.
+        `energy_casimir` is energy-Casimir feedback, $tau3 = eps omega1 omega2 - k omega3$ with $eps
+        = 3 (I2 - I1)$ and $k = 5/3 I3 Omega$.
 
-        Threshold: ``eps = I2 - I1``.
+        Threshold: $eps = I2 - I1$.
 
     Version History:
         v0: first version.

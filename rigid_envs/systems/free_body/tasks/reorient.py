@@ -109,7 +109,7 @@ def frame_of(y: Any, aux: Any, p: Any, c: Any) -> HalfTurn:
 
 TURNING = Reduction(
     group="SO(3) x V4",
-    frame="half turns such that what is left to turn about e1 and e2 after braking is positive.",
+    frame="half turns such that what is left to turn about $e1$ and $e2$ after braking is above 0.",
     symmetries=(ROTATION_IN_SPACE, HALF_TURN_1, HALF_TURN_2),
     features=(
         *(Entry(f"theta{k}", "rad", "reduced", -_ANGLE, _ANGLE) for k in (1, 2, 3)),
@@ -125,11 +125,12 @@ TURNING = Reduction(
     frame_of=frame_of,
     turn=turn,
     formulas="""
-    theta is the rotation vector of `q^-1 q_goal`, at most pi long; `spare_k = theta_k - Ik omega_k
-    |omega_k| / (2 torque)`; gyro is `(I omega) x omega`; in the entries omega is limited to +-20.
-    The signs S1, S2 are -1 where spare1, spare2 < 0, else 1, and S3 = S1 S2; with them the vectors
-    are multiplied. The last entries are |theta|, `|theta| / (|theta| + min(angle_tolerance, pi))`
-    and `|omega| / (|omega| + rate_tolerance)`. The action a acts as (S1 a1, S2 a2, S3 a3).
+    $theta$ is the rotation vector of $q^-1 q_goal$, at most $pi$ long; $spare_k = theta_k - I_k
+    omega_k |omega_k| / (2 torque)$; gyro is $(I omega) x omega$; in the entries $omega$ is limited
+    to $+-20$. The signs $S_k$ of $k = 1, 2$ are -1 where $spare_k < 0$, else 1, and $S3 = S1 S2$;
+    with them the vectors are multiplied. The last entries are $|theta|$, $|theta| / (|theta| +
+    min(angle_tolerance, pi))$ and $|omega| / (|omega| + rate_tolerance)$. The action $a$ acts as
+    $(S1 a1, S2 a2, S3 a3)$.
     """,
 )
 """Reduction of `Reorient`: SO(3), turns in space, times the half turns about the three axes."""
@@ -236,7 +237,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 class Reorient(TorqueTask):
     """Turn a body from rest to rest at an attitude drawn in every episode.
 
-    A goal environment with sparse reward. Goals are the rotation matrix R (body to world, row by
+    A goal environment with sparse reward. Goals are the rotation matrix $R$ (body to world, row by
     row) and the angular velocity (body axes, [rad/s]), which is zero for all drawn goals, but not
     for goals achieved during a turn.
 
@@ -245,43 +246,43 @@ class Reorient(TorqueTask):
     at the goal, where staying has the largest reward.
 
     Physics:
-        Euler's equations ``I omega' = I omega x omega + tau``, all in body axes, which are the
-        principal axes. Without torque the energy T and the angular momentum L in space are
+        Euler's equations $I omega' = I omega x omega + tau$, all in body axes, which are the
+        principal axes. Without torque the energy $T$ and the angular momentum $L$ in space are
         conserved.
 
-        The gyroscopic term is at most ``(I_max - I_min) |omega|^2 / 2``, 1 N m at 1 rad/s for the
-        default body; the torque is 0.5 N m about each axis. From rest, the rate is at most ``a t``,
-        ``a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)``, as the power is ``omega . tau``;
-        the same bound holds backwards in time from the goal. So a turn from rest to rest by an
-        angle takes at least ``2 sqrt(angle / a)``
+        The gyroscopic term is at most $(I_max - I_min) |omega|^2 / 2$, 1 N m at 1 rad/s for the
+        default body; the torque is 0.5 N m about each axis. From rest, the rate is at most $a t$,
+        $a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)$, as the power is $omega . tau$; the
+        same bound holds backwards in time from the goal. So a turn from rest to rest by an angle
+        takes at least $2 sqrt(angle / a)$
         (`rigid_envs.systems.free_body.controllers.least_slew_time`).
 
         The kinetic energy that full torque can give the body before the time limit bounds its
         rates.
 
     Rewards:
-        ``reached`` = 0 where angle and rate are within tolerance, else -1: the return is minus the
-        number of steps away from the goal. Two dense terms have the default weight 0: ``angle`` =
-        minus the angle to the goal [rad], and ``rate`` = minus the difference of the angular
+        `reached` = 0 where angle and rate are within tolerance, else -1: the return is minus the
+        number of steps away from the goal. Two dense terms have the default weight 0: `angle` =
+        minus the angle to the goal [rad], and `rate` = minus the difference of the angular
         velocities [rad/s]. `compute_reward` gives the same for any pair of goals. All are computed
-        from the goals as they are observed, in float32: the angle is ``2 asin(c / sqrt(8))`` with
-        the norm c of the difference of the matrices, at most ``sqrt(8)``.
+        from the goals as they are observed, in float32: the angle is $2 arcsin(c / sqrt(8))$ with
+        the norm $c$ of the difference of the matrices, at most $sqrt(8)$.
 
     Starting State:
-        At rest; the attitudes of body and goal are uniform on SO(3) and independent.
+        At rest; the attitudes of body and goal are uniform on $SO(3)$ and independent.
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): the angle to the
-        goal is at most `angle_tolerance`, as ``tr(R^T R_goal) >= 1 + 2 cos(angle_tolerance)``, and
+        goal is at most `angle_tolerance`, as $tr(R^T R_goal) >= 1 + 2 cos(angle_tolerance)$, and
         the difference of the angular velocities at most `rate_tolerance`.
 
     Reference:
-        `quaternion_pd` is quaternion feedback, ``tau = -I (2 k vec(e) + 2 sqrt(k) omega)`` with ``k
-        = 6 torque / I_max`` and e the rotation from goal to body with the sign w >= 0, so that the
+        `quaternion_pd` is quaternion feedback, $tau = -I (2 k vec(e) + 2 sqrt(k) omega)$ with $k =
+        6 torque / I_max$ and $e$ the rotation from goal to body with the sign $w >= 0$, so that the
         body takes the shorter rotation (no unwinding).
 
-        Bound: ``2 sqrt(angle / a)``; with the tolerances the goal can be reached slightly earlier.
-        A half turn about e1 with bang-bang torque about e1 takes ``sqrt(a I1 / torque)`` times the
+        Bound: $2 sqrt(angle / a)$; with the tolerances the goal can be reached slightly earlier. A
+        half turn about $e1$ with bang-bang torque about $e1$ takes $sqrt(a I1 / torque)$ times the
         bound.
 
     Version History:

@@ -68,12 +68,12 @@ CAPTURE = saddle.half_turned(
     frame_of=saddle.growing_frame,
     turn=saddle.turn,
     formulas="""
-    With w = omega / Omega, in the entries limited to +-20, `r = sqrt(I3 (I3 - I2) / (I1 (I2 -
-    I1)))` and `k = I1 (I3 - I1) / (4 I2 (I3 - I2))`: `d = w1 - r w3`, `s = w1 + r w3`, and the sign
-    S is -1 where `w2 (d - s) + d + s` < 0, else 1. Entries: S w1, w2, S w3, `p = s d`, `E = w2^2 +
-    k (d^2 + s^2) - 1`, then `x / (|x| + 0.1)` of the slopes `2 S w1 (2 k E + p)`, `2 w2 E` and `2 S
-    r^2 w3 (2 k E - p)`, and `x / (|x| + tolerance)` of S d, S s and w2 - 1. The action a acts as (S
-    a1, a2, S a3).
+    With $w = omega / Omega$, in the entries limited to $+-20$, $r = sqrt(I3 (I3 - I2) / (I1 (I2 -
+    I1)))$ and $k = I1 (I3 - I1) / (4 I2 (I3 - I2))$: $d = w1 - r w3$, $s = w1 + r w3$, and the sign
+    $S$ is -1 where $w2 (d - s) + d + s < 0$, else 1. Entries: $S w1$, $w2$, $S w3$, $p = s d$, $E =
+    w2^2 + k (d^2 + s^2) - 1$, then $x / (|x| + 0.1)$ of the slopes $2 S w1 (2 k E + p)$, $2 w2 E$
+    and $2 S r^2 w3 (2 k E - p)$, and $x / (|x| + tolerance)$ of $S d$, $S s$ and $w2 - 1$. The
+    action $a$ acts as $(S a1, a2, S a3)$.
     """,
 )
 """Reduction of `SpinCapture`: SO(3), turns in space, times the half turn about e2."""
@@ -159,53 +159,53 @@ class SpinCapture(shared.SpinTask):
     """Bring a spin about any axis to the intermediate axis e2 at the rate Omega.
 
     The torque is weak: a tenth of the largest gyroscopic term in Euler's equations at the rate
-    Omega, so it cannot overcome the tumbling. But it can change energy and momentum while the body
-    tumbles, and free motions with the right values of both approach e2. There the spin must be
-    caught, as e2 is unstable.
+    $Omega$, so it cannot overcome the tumbling. But it can change energy and momentum while the
+    body tumbles, and free motions with the right values of both approach $e2$. There the spin must
+    be caught, as $e2$ is unstable.
 
     Two actuators also suffice, but take longer. One does not, as each conserves a quadratic form
     under any torque; these choices of `actuators` serve as a proof of failure.
 
     Physics:
-        Euler's equations ``I omega' = I omega x omega + tau``, all in body axes, which are the
-        principal axes. The gyroscopic term is ``(I3 - I1) Omega^2 / 2`` at most at the rate Omega,
-        1 N m for the default body. Without torque the energy T and the norm of L are conserved.
+        Euler's equations $I omega' = I omega x omega + tau$, all in body axes, which are the
+        principal axes. The gyroscopic term is $(I3 - I1) Omega^2 / 2$ at most at the rate $Omega$,
+        1 N m for the default body. Without torque the energy $T$ and the norm of $L$ are conserved.
 
-        Of all free motions only those on the separatrix, ``2 T I2 = L^2``, approach e2 (half of
-        them -e2); the rate Omega requires ``L = I2 Omega`` as well. Bounded torque holds the
-        default body at e2, to first order, while ``|omega1 - sqrt(3) omega3| < 0.273`` rad/s.
+        Of all free motions only those on the separatrix, $2 T I2 = L^2$, approach $e2$ (half of
+        them $-e2$); the rate $Omega$ requires $L = I2 Omega$ as well. Bounded torque holds the
+        default body at $e2$, to first order, while $|omega1 - sqrt(3) omega3| < 0.273$ rad/s.
 
-        One torque alone: tau1 conserves ``I2 (I2 - I1) omega2^2 + I3 (I3 - I1) omega3^2``, tau2
-        conserves ``2 T I2 - L^2``, and tau3 conserves ``I1 (I3 - I1) omega1^2 + I2 (I3 - I2)
-        omega2^2``. Entries of the action about an axis without actuator have no effect.
+        One torque alone: $tau1$ conserves $I2 (I2 - I1) omega2^2 + I3 (I3 - I1) omega3^2$, $tau2$
+        conserves $2 T I2 - L^2$, and $tau3$ conserves $I1 (I3 - I1) omega1^2 + I2 (I3 - I2)
+        omega2^2$. Entries of the action about an axis without actuator have no effect.
 
         The kinetic energy that full torque can give the body before the time limit bounds its
         rates.
 
     Rewards:
-        ``spin`` = ``1 / (1 + 10 error)`` with ``error = |omega - Omega e2| / Omega``, the goal
-        itself. ``manifold`` = ``1 / (1 + 10 (|2 T I2 - L^2| + |L^2 - L0^2|) / L0^2)`` with ``L0 =
-        I2 Omega``, which is 1 on the motions that lead to e2 or -e2 and guides the tumbling body
-        there. ``effort`` = ``-|tau|^2`` divided by its maximum, ``n torque^2`` for n actuators.
+        `spin` = $1 / (1 + 10 error)$ with $error = |omega - Omega e2| / Omega$, the goal itself.
+        `manifold` = $1 / (1 + 10 (|2 T I2 - L^2| + |L^2 - L0^2|) / L0^2)$ with $L0 = I2 Omega$,
+        which is 1 on the motions that lead to $e2$ or $-e2$ and guides the tumbling body there.
+        `effort` = $-|tau|^2$ divided by its maximum, $n torque^2$ for $n$ actuators.
 
     Starting State:
-        The direction of omega in the body is uniform on the sphere, its norm uniform in
-        `start_rate`; the attitude is uniform on SO(3).
+        The direction of $omega$ in the body is uniform on the sphere, its norm uniform in
+        `start_rate`; the attitude is uniform on $SO(3)$.
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): the error has been
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        `separatrix` steers onto the separatrix, by torque along the negative gradient of ``(p^2 +
-        E^2) / 2``, where ``E = (omega2^2 + b (d^2 + s^2)) / Omega^2 - 1`` is the excess of the rate
-        at which the motion would arrive and ``p = d s / Omega^2`` with ``d, s = omega1 -+ sqrt(I3
-        (I3 - I2) / (I1 (I2 - I1))) omega3`` vanishes on the separatrix; near e2, the
-        linear-quadratic regulator.
+        `separatrix` steers onto the separatrix, by torque along the negative gradient of $(p^2 +
+        E^2) / 2$, where $E = (omega2^2 + b (d^2 + s^2)) / Omega^2 - 1$ is the excess of the rate at
+        which the motion would arrive and $p = d s / Omega^2$ with $d, s = omega1 -+ sqrt(I3 (I3 -
+        I2) / (I1 (I2 - I1))) omega3$ vanishes on the separatrix; near $e2$, the linear-quadratic
+        regulator.
 
-        Proof of failure: with a torque about e3 alone the default body conserves ``omega1^2 +
-        omega2^2``, and omega comes no nearer to ``Omega e2`` than ``|sqrt(omega1^2 + omega2^2) -
-        Omega|``. A torque about e1 alone conserves ``omega2^2 + 3 omega3^2``.
+        Proof of failure: with a torque about $e3$ alone the default body conserves $omega1^2 +
+        omega2^2$, and $omega$ comes no nearer to $Omega e2$ than $|sqrt(omega1^2 + omega2^2) -
+        Omega|$. A torque about $e1$ alone conserves $omega2^2 + 3 omega3^2$.
 
     Version History:
         v0: first version.

@@ -89,7 +89,7 @@ def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
 PIVOT_TOP = Reduction(
     group="O(2) x SO(2)",
     frame=(
-        "x along the growing part of the lean less that of a lean which brings the pivot back, "
+        "$x$ along the growing part of the lean less that of a lean which brings the pivot back, "
         "mirrored so that the spin is not negative."
     ),
     symmetries=(TURN, PHASE, REFLECTION),
@@ -110,13 +110,14 @@ PIVOT_TOP = Reduction(
     Frame=Frame,
     frame_of=frame_of,
     turn=turn,
-    formulas=f"""{LEAN_FORMULAS} w, along u where w is 0, and that of the world where both are 0;
-    {FRAME_FORMULAS} Here `e = R13 + i R23`. With `k = 0.35 sqrt(fall)` the pivot X + i Y returns
-    at the lean `l = k (k (X + i Y) + 2 (VX + i VY)) / g`; `w = u + (growth - i kappa / 2) l`.
+    formulas=f"""{LEAN_FORMULAS} $w$, along $u$ where $w$ is 0, and that of the world where both
+    are 0; {FRAME_FORMULAS} Here $e = R13 + i R23$. With $k = 0.35 sqrt(fall)$ the pivot $X + i Y$
+    returns at the lean $l = k (k (X + i Y) + 2 (VX + i VY)) / g$; $w = u + (growth - i kappa / 2)
+    l$.
 
-    Entries: `min(3 |w|, 3)`, the shares of |w|, s and e with their halves, the pivot, entry by
-    entry up to 5, its share, its velocity likewise, R33 and `min(|kappa| / (2 sqrt(fall)), 4)`. The
-    action, in world axes, is rounded to float32.
+    Entries: $min(3 |w|, 3)$, the shares of $|w|$, $s$ and $e$ with their halves, the pivot, entry
+    by entry up to 5, its share, its velocity likewise, $R33$ and $min(|kappa| / (2 sqrt(fall)),
+    4)$. The action, in world axes, is rounded to float32.
     """,
 )
 """Reduction of `PivotTop`: O(2), turns about the vertical and reflections, and the phase."""
@@ -216,25 +217,25 @@ class PivotTop(shared.SymmetricTopTask):
     the episode ends when the pivot leaves it or the top has fallen.
 
     Physics:
-        ``I omega' = I omega x omega + ell e3 x R^T m (-aX, -aY, -g)`` about the pivot, in body
-        axes, and ``X'' = a`` for the pivot. The top is symmetric, I1 = I2 (`I_perp`), and its spin
-        omega3 is conserved under any motion of the pivot.
+        $I omega' = I omega x omega + ell e3 x R^T m (-aX, -aY, -g)$ about the pivot, in body axes,
+        and $X'' = a$ for the pivot. The top is symmetric, $I1 = I2$ (`I_perp`), and its spin
+        $omega3$ is conserved under any motion of the pivot.
 
-        For a small tilt, with ``e = e_x + i e_y`` the horizontal part of the axis of the top, ``I1
-        e'' - i I3 omega3 e' - m g ell e = -m ell a``. The sleeping threshold is the spin ``2
-        sqrt(I1 m g ell) / I3``, here 4 rad/s; at a fraction s of it the tilt grows at the rate
-        ``sqrt((1 - s^2) m g ell / I1)``. Without spin the top falls like a pendulum of length ``I1
-        / (m ell)``, 9.8 m. Under a constant acceleration it has an unstable equilibrium, leaning
-        forwards by ``arctan(a / g)``, up to 0.30 rad.
+        For a small tilt, with $e = e_x + i e_y$ the horizontal part of the axis of the top, $I1 e''
+        - i I3 omega3 e' - m g ell e = -m ell a$. The sleeping threshold is the spin $2 sqrt(I1 m g
+        ell) / I3$, here 4 rad/s; at a fraction $s$ of it the tilt grows at the rate $sqrt((1 - s^2)
+        m g ell / I1)$. Without spin the top falls like a pendulum of length $I1 / (m ell)$, 9.8 m.
+        Under a constant acceleration it has an unstable equilibrium, leaning forwards by $arctan(a
+        / g)$, up to 0.30 rad.
 
     Rewards:
-        ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta, ``centre`` = ``upright / (1 + 10 d
-        / arena)`` with the distance d of the pivot from the centre: the slopes of both are largest
-        at the goal. ``effort`` = ``-|a|^2 / push^2``. Near the goal the reward is positive, so an
-        early end of the episode loses the rewards of the remaining steps.
+        `upright` = $1 / (1 + 10 theta)$ with the tilt $theta$, `centre` = $upright / (1 + 10 d /
+        arena)$ with the distance $d$ of the pivot from the centre: the slopes of both are largest
+        at the goal. `effort` = $-|a|^2 / push^2$. Near the goal the reward is positive, so an early
+        end of the episode loses the rewards of the remaining steps.
 
-        The factor ``upright`` in ``centre`` prevents a reward for a pivot in the centre under a
-        fallen top.
+        The factor `upright` in `centre` prevents a reward for a pivot in the centre under a fallen
+        top.
 
     Starting State:
         The tilt is uniform from a third of `start_tilt` to all of it, so that every uncontrolled
@@ -243,17 +244,17 @@ class PivotTop(shared.SymmetricTopTask):
         uniform. The pivot rests in the centre.
 
     Episode End:
-        The episode terminates when the pivot is further than `arena` from the centre, or theta is
+        The episode terminates when the pivot is further than `arena` from the centre, or $theta$ is
         above `fall`: from there the acceleration cannot hold a top of little spin. Success
-        (`info["is_success"]`): theta has been below `tilt_tolerance` and d below `centre_tolerance`
-        throughout the last `hold` seconds.
+        (`info["is_success"]`): $theta$ has been below `tilt_tolerance` and $d$ below
+        `centre_tolerance` throughout the last `hold` seconds.
 
     Reference:
-        `lqr` is the linear-quadratic regulator of the upright top and its pivot, linear in e, e', X
-        and X' with a gain for every spin.
+        `lqr` is the linear-quadratic regulator of the upright top and its pivot, linear in $e$,
+        $e'$, $X$ and $X'$ with a gain for every spin.
 
         Threshold: the critical spin, as for `SleepingTop`. To first order, and without the limit of
-        the arena, a start is caught if ``g theta sqrt(1 - s^2) < push``.
+        the arena, a start is caught if $g theta sqrt(1 - s^2) < push$.
 
     Version History:
         v0: first version.

@@ -51,7 +51,7 @@ def turn(a: Any, frame: Any) -> tuple[float, float]:
 SLEEPING_TOP = Reduction(
     group="O(2) x SO(2)",
     frame=(
-        "x along the growing part of the lean, mirrored so that the spin is not negative. The "
+        "$x$ along the growing part of the lean, mirrored so that the spin is not negative. The "
         "action is the push of the axis: the torque is at right angles to it."
     ),
     symmetries=(TURN, PHASE, REFLECTION),
@@ -60,10 +60,10 @@ SLEEPING_TOP = Reduction(
     Frame=Frame,
     frame_of=frame_of,
     turn=turn,
-    formulas=f"""{LEAN_FORMULAS} u, along s where u is 0, and that of the world where both are 0;
-    {FRAME_FORMULAS} Here `e = R13 + i R23`.
+    formulas=f"""{LEAN_FORMULAS} $u$, along $s$ where $u$ is 0, and that of the world where both
+    are 0; {FRAME_FORMULAS} Here $e = R13 + i R23$.
 
-    {SEEN_FORMULAS} The action, as p in world axes, acts as (-p_y, p_x), rounded to float32.
+    {SEEN_FORMULAS} The action, as $p$ in world axes, acts as $(-p_y, p_x)$, rounded to float32.
     """,
 )
 """Reduction of `SleepingTop`: O(2), turns about the vertical and reflections, and the phase."""
@@ -150,20 +150,20 @@ class SleepingTop(shared.SymmetricTopTask):
     horizontal torque, given in world axes, holds it up.
 
     Physics:
-        ``I omega' = I omega x omega + R^T tau + ell e3 x R^T (0, 0, -m g)`` about the pivot, in
-        body axes, with the torque tau in world axes. The top is symmetric, I1 = I2 (`I_perp`).
-        Without torque the energy, the vertical momentum and the spin omega3 are conserved.
+        $I omega' = I omega x omega + R^T tau + ell e3 x R^T (0, 0, -m g)$ about the pivot, in body
+        axes, with the torque $tau$ in world axes. The top is symmetric, $I1 = I2$ (`I_perp`).
+        Without torque the energy, the vertical momentum and the spin $omega3$ are conserved.
 
-        For a small tilt, in complex numbers with ``e = e_x + i e_y`` the horizontal part of the
-        axis of the top, ``I1 e'' - i I3 omega3 e' - m g ell e = -i tau`` with ``tau = tau_x + i
-        tau_y``. The top sleeps upright if ``(I3 omega3)^2 > 4 I1 m g ell``, above the critical spin
-        ``2 sqrt(I1 m g ell) / I3``, here 4 rad/s. At a fraction s of it the tilt grows at the rate
-        ``sqrt((1 - s^2) m g ell / I1)``: 0.95 per second at 0.3, 0.31 at 0.95.
+        For a small tilt, in complex numbers with $e = e_x + i e_y$ the horizontal part of the axis
+        of the top, $I1 e'' - i I3 omega3 e' - m g ell e = -i tau$ with $tau = tau_x + i tau_y$. The
+        top sleeps upright if $(I3 omega3)^2 > 4 I1 m g ell$, above the critical spin $2 sqrt(I1 m g
+        ell) / I3$, here 4 rad/s. At a fraction $s$ of it the tilt grows at the rate $sqrt((1 - s^2)
+        m g ell / I1)$: 0.95 per second at 0.3, 0.31 at 0.95.
 
     Rewards:
-        ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta: its slope is largest at the
-        vertical and nowhere zero. ``effort`` = ``-|tau|^2 / torque^2`` has a small weight: the
-        upright top needs no torque.
+        `upright` = $1 / (1 + 10 theta)$ with the tilt $theta$: its slope is largest at the vertical
+        and nowhere zero. `effort` = $-|tau|^2 / torque^2$ has a small weight: the upright top needs
+        no torque.
 
     Starting State:
         The tilt is uniform up to `start_tilt`, the spin uniform from `start_spin_low` to
@@ -175,11 +175,11 @@ class SleepingTop(shared.SymmetricTopTask):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        `lqr` is the linear-quadratic regulator of the upright top, linear in e and e' with a gain
-        for every spin.
+        `lqr` is the linear-quadratic regulator of the upright top, linear in $e$ and $e'$ with a
+        gain for every spin.
 
-        Threshold: the critical spin. To first order, a start is caught if ``m g ell theta sqrt(1 -
-        s^2) < torque``.
+        Threshold: the critical spin. To first order, a start is caught if $m g ell theta sqrt(1 -
+        s^2) < torque$.
 
     Version History:
         v0: first version.
@@ -252,15 +252,15 @@ class SleepingTopRandom(SleepingTop):
     not determine its ratio to the threshold. The drawn values are observed with `observe_params`.
 
     Physics:
-        ``I omega' = I omega x omega + R^T tau + ell e3 x R^T (0, 0, -m g)`` about the pivot, in
-        body axes, with the torque tau in world axes. The top is symmetric, I1 = I2 (`I_perp`).
-        Without torque the energy, the vertical momentum and the spin omega3 are conserved.
+        $I omega' = I omega x omega + R^T tau + ell e3 x R^T (0, 0, -m g)$ about the pivot, in body
+        axes, with the torque $tau$ in world axes. The top is symmetric, $I1 = I2$ (`I_perp`).
+        Without torque the energy, the vertical momentum and the spin $omega3$ are conserved.
 
-        The top sleeps upright if ``(I3 omega3)^2 > 4 I1 m g ell``. Below, at a fraction s of that
-        spin, the tilt grows at the rate ``sqrt((1 - s^2) m g ell / I1)``. From a tilt theta at rest
-        the torque catches the unstable mode, to first order, if ``m g ell theta sqrt(1 - s^2) <
-        torque``. Here the worst top needs 0.24 of 0.3 N m; much wider ranges would contain tops
-        that cannot be caught.
+        The top sleeps upright if $(I3 omega3)^2 > 4 I1 m g ell$. Below, at a fraction $s$ of that
+        spin, the tilt grows at the rate $sqrt((1 - s^2) m g ell / I1)$. From a tilt $theta$ at rest
+        the torque catches the unstable mode, to first order, if $m g ell theta sqrt(1 - s^2) <
+        torque$. Here the worst top needs 0.24 of 0.3 N m; much wider ranges would contain tops that
+        cannot be caught.
 
         The torque can spin up a light top faster: the energy that gravity and full torque can give
         it before the time limit bounds its rates.
@@ -268,7 +268,7 @@ class SleepingTopRandom(SleepingTop):
     Reference:
         The regulator of `SleepingTop` for the middle of the ranges, without the drawn values.
 
-        Threshold: the critical spin ``2 sqrt(I1 m g ell) / I3`` of each top.
+        Threshold: the critical spin $2 sqrt(I1 m g ell) / I3$ of each top.
     """
 
     envelope: ClassVar[float | None] = None

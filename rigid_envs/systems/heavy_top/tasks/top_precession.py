@@ -90,8 +90,8 @@ def turn(a: Any, frame: Any) -> tuple[float, float]:
 TOP_PRECESSION = Reduction(
     group="O(2) x SO(2)",
     frame=(
-        "across e3 towards the vertical, which turns with the line of nodes, mirrored so that the "
-        "spin is not negative. The action is clipped to the disk in the square."
+        "across $e3$ towards the vertical, which turns with the line of nodes, mirrored so that "
+        "the spin is not negative. The action is clipped to the disk in the square."
     ),
     symmetries=(TURN, PHASE, REFLECTION),
     features=(
@@ -117,19 +117,20 @@ TOP_PRECESSION = Reduction(
     frame_of=frame_of,
     turn=turn,
     formulas=f"""
-    The x-axis of the frame, in the plane of e1 and e2, is along (R31, R32), along (-omega2, omega1)
-    where that is 0, and along e1 where both are 0; {FRAME_FORMULAS} S is -1 where omega3 < 0, else
-    1; (c, s) is the x-axis, theta* the goal.
+    The $x$-axis of the frame, in the plane of $e1$ and $e2$, is along $(R31, R32)$, along
+    $(-omega2, omega1)$ where that is 0, and along $e1$ where both are 0; {FRAME_FORMULAS} $S$ is -1
+    where $omega3 < 0$, else 1; $(c, s)$ is the $x$-axis, $theta*$ the goal.
 
-    Rates: `phi' sin(theta)` stands for `v = S (c omega1 + s omega2)`, `theta' = s omega1 - c
-    omega2`, phi' is that of *Rewards* times S, as is its goal f, with the drawn parameters. With
-    `fall = m g ell / I1` and `M = I3 |omega3| / I1`: `d = sin(theta) v - sin(theta*)^2 f + M
-    (cos(theta) - cos(theta*))`, `theta'' = v (phi' cos(theta) - M) + fall sin(theta)`, `Omega^2 =
-    (M - 2 f cos(theta*))^2 + (f sin(theta*))^2`, Omega at least 1e-3. The third entry is
-    `min(|omega3|, 30) / 5`; the shares are those of the vectors (theta - theta*, v - f sin(theta)),
-    (theta', theta'' / Omega) and of d.
+    Rates: $phi' sin(theta)$ stands for $v = S (c omega1 + s omega2)$, $theta' = s omega1 - c
+    omega2$, $phi'$ is that of *Rewards* times $S$, as is its goal $f$, with the drawn parameters.
+    With $fall = m g ell / I1$ and $M = I3 |omega3| / I1$: $d = sin(theta) v - sin(theta*)^2 f + M
+    (cos(theta) - cos(theta*))$, $theta'' = v (phi' cos(theta) - M) + fall sin(theta)$, $Omega^2 =
+    (M - 2 f cos(theta*))^2 + (f sin(theta*))^2$, $Omega$ at least $1e-3$. The third entry is
+    $min(|omega3|, 30) / 5$; the shares are those of the vectors $(theta - theta*, v - f
+    sin(theta))$, $(theta', theta'' / Omega)$ and of $d$.
 
-    The action, clipped to the disk and then as p along e1 and e2, acts as S p, rounded to float32.
+    The action, clipped to the disk and then as $p$ along $e1$ and $e2$, acts as $S p$, rounded to
+    float32.
     """,
 )
 """Reduction of `TopPrecession`: turns about the vertical, phase and reflections.
@@ -249,47 +250,46 @@ class TopPrecession(shared.SymmetricTopTask):
 
     The steady motion needs no torque, but the transition does, and the response is gyroscopic: a
     tilting torque makes the top precess, and a torque about the vertical makes it rise or fall. The
-    torque acts about e1 and e2, axes that turn with the spin, which is constant.
+    torque acts about $e1$ and $e2$, axes that turn with the spin, which is constant.
 
     Physics:
-        ``I omega' = I omega x omega + (tau1, tau2, 0) + ell e3 x R^T (0, 0, -m g)`` about the
-        pivot, in body axes. The top is symmetric, I1 = I2 (`I_perp`), and omega3 is conserved under
+        $I omega' = I omega x omega + (tau1, tau2, 0) + ell e3 x R^T (0, 0, -m g)$ about the pivot,
+        in body axes. The top is symmetric, $I1 = I2$ (`I_perp`), and $omega3$ is conserved under
         any action. Without torque the energy and the vertical momentum are conserved too.
 
-        Steady precession at the tilt theta has one of the two rates that are the roots of
-        ``I1 cos(theta) phi'^2 - I3 omega3 phi' + m g ell = 0``. Spins are above the critical one,
-        ``2 sqrt(I1 m g ell) / I3``, so that both roots exist at every tilt. By default the slow
-        rates are 0.26 to 0.53 rad/s and the fast ones 1.98 to 6.17 rad/s.
+        Steady precession at the tilt $theta$ has one of the two rates that are the roots of $I1
+        cos(theta) phi'^2 - I3 omega3 phi' + m g ell = 0$. Spins are above the critical one, $2
+        sqrt(I1 m g ell) / I3$, so that both roots exist at every tilt. By default the slow rates
+        are 0.26 to 0.53 rad/s and the fast ones 1.98 to 6.17 rad/s.
 
         The energy that gravity and full torque can give the top before the time limit bounds its
         rates.
 
     Rewards:
-        ``tilt`` = ``1 / (1 + 10 |theta - goal|)`` and ``rate`` = ``1 / (1 + 10 e)`` with the
-        relative error e of the precession rate phi': their slopes are largest at the goal and
-        nowhere zero. ``effort`` = ``-|tau|^2 / (2 torque^2)`` has a small weight.
+        `tilt` = $1 / (1 + 10 |theta - goal|)$ and `rate` = $1 / (1 + 10 e)$ with the relative error
+        $e$ of the precession rate $phi'$: their slopes are largest at the goal and nowhere zero.
+        `effort` = $-|tau|^2 / (2 torque^2)$ has a small weight.
 
-        ``e = |phi' - goal| / max(|goal|, 1e-9)`` with ``phi' = (omega1 R31 + omega2 R32) /
-        max(R31^2 + R32^2, 1e-12)``; both rates are limited to +-30 rad/s. With the present omega3,
-        ``a = I1 cos(theta)`` at the goal, ``b = I3 omega3``, ``c = m g ell`` and ``n = b +-
-        sqrt(max(b^2 - 4 a c, 0))``, the sign that of b, the goal is ``2 c / n`` (slow) or ``n / (2
-        a)`` (fast), also where a given spin is too slow for a root; |n| below 1e-9 counts as 1e-9
-        in ``2 c / n``.
+        $e = |phi' - goal| / max(|goal|, 1e-9)$ with $phi' = (omega1 R31 + omega2 R32) / max(R31^2 +
+        R32^2, 1e-12)$; both rates are limited to $+-30$ rad/s. With the present $omega3$, $a = I1
+        cos(theta)$ at the goal, $b = I3 omega3$, $c = m g ell$ and $n = b +- sqrt(max(b^2 - 4 a c,
+        0))$, the sign that of $b$, the goal is $2 c / n$ (slow) or $n / (2 a)$ (fast), also where a
+        given spin is too slow for a root; $|n|$ below $1e-9$ counts as $1e-9$ in $2 c / n$.
 
     Starting State:
         The commanded tilt is uniform from `goal_tilt` up to `goal_spread` above it. The tilt is
         uniform up to `start_tilt`; the spin, as a fraction of the critical one, uniform from
-        `start_spin` up to `start_spread` above it; the rates across e3 are uniform in a disk of
+        `start_spin` up to `start_spread` above it; the rates across $e3$ are uniform in a disk of
         radius `start_rate`. The direction of the tilt and the phase of the body are uniform.
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): tilt and precession
         rate have been at most `tolerance` off their goals, relatively, throughout the last `hold`
-        seconds: ``|theta - goal| <= tolerance goal`` and ``e <= tolerance``.
+        seconds: $|theta - goal| <= tolerance goal$ and $e <= tolerance$.
 
     Reference:
-        `lqr` is the linear-quadratic regulator of the steady precession, linear in (theta - goal,
-        theta', phi' - rate) with a gain for every tilt and spin, on the branch of the task.
+        `lqr` is the linear-quadratic regulator of the steady precession, linear in $(theta - goal,
+        theta', phi' - rate)$ with a gain for every tilt and spin, on the branch of the task.
 
         Exact: the roots. From steady precession on either branch, zero actions succeed at zero
         cost.

@@ -58,8 +58,8 @@ def turn(a: Any, frame: Any) -> Vector:
 TOP_RANDOM = Reduction(
     group="O(2) x Z2",
     frame=(
-        "x along the growing part of the lean in body axes, mirrored so that the spin is not "
-        "negative. Torques across e3 are clipped to the disk in their square."
+        "$x$ along the growing part of the lean in body axes, mirrored so that the spin is not "
+        "negative. Torques across $e3$ are clipped to the disk in their square."
     ),
     symmetries=(TURN, HALF_TURN, REFLECTION),
     features=(
@@ -72,13 +72,14 @@ TOP_RANDOM = Reduction(
     Frame=Frame,
     frame_of=frame_of,
     turn=turn,
-    formulas=f"""{LEAN_FORMULAS} u, along s where u is 0, and along e1 where both are 0;
-    {FRAME_FORMULAS} Here `e = -(R31 + i R32)`, in body axes, and e' stands for `omega2 - i omega1`.
+    formulas=f"""{LEAN_FORMULAS} $u$, along $s$ where $u$ is 0, and along $e1$ where both are 0;
+    {FRAME_FORMULAS} Here $e = -(R31 + i R32)$, in body axes, and $e'$ stands for $omega2 - i
+    omega1$.
 
-    {SEEN_FORMULAS} Then `w / (w + 1)` with `w = |(omega1, omega2)|`, `cos(2 alpha)` and `S
-    sin(2 alpha)` with the angle alpha from e1 to the x-axis; S is -1 where omega3 < 0, else 1. The
-    first two entries of the action, clipped to the disk and then as p along e1 and e2, act as
-    (-p_2, p_1), rounded to float32, and the third as S a3.
+    {SEEN_FORMULAS} Then $w / (w + 1)$ with $w = |(omega1, omega2)|$, $cos(2 alpha)$ and $S sin(2
+    alpha)$ with the angle $alpha$ from $e1$ to the $x$-axis; $S$ is -1 where $omega3 < 0$, else 1.
+    The first two entries of the action, clipped to the disk and then as $p$ along $e1$ and $e2$,
+    act as $(-p_2, p_1)$, rounded to float32, and the third as $S a3$.
     """,
 )
 """Reduction of `TopRandom`: turns about the vertical, half turn and reflections of the body.
@@ -167,39 +168,39 @@ class TopRandom(shared.TopTask):
 
     A top with three different moments has only two integrals, the energy and the vertical momentum,
     and its free motion is chaotic: without control it falls and tumbles irregularly. The spin
-    couples the tilts about e1 and e2, which respond differently. The control is a torque about all
-    three body axes.
+    couples the tilts about $e1$ and $e2$, which respond differently. The control is a torque about
+    all three body axes.
 
     The moments are drawn in every episode; they are observed with `observe_params`.
 
     Physics:
-        ``I omega' = I omega x omega + m g ell (G2, -G1, 0) + tau`` about the pivot, with the
-        vertical G in body axes, ``G' = G x omega``. Without torque the energy and the vertical
-        momentum are conserved; in general there is no further integral.
+        $I omega' = I omega x omega + m g ell (G2, -G1, 0) + tau$ about the pivot, with the vertical
+        $G$ in body axes, $G' = G x omega$. Without torque the energy and the vertical momentum are
+        conserved; in general there is no further integral.
 
         The free motion is chaotic: neighbouring motions separate exponentially. The ranges ensure
-        ``I3 < I1 < I2`` for every top, and ``I2 <= I1 + I3``, as for every rigid body.
+        $I3 < I1 < I2$ for every top, and $I2 <= I1 + I3$, as for every rigid body.
 
         The energy that gravity and full torque can give the top before the time limit bounds its
         rates.
 
     Rewards:
-        ``upright`` = ``1 / (1 + 10 theta)`` with the tilt theta: its slope is largest at the
-        vertical and nowhere zero. ``effort`` = ``-|tau|^2 / (3 torque^2)`` has a small weight.
+        `upright` = $1 / (1 + 10 theta)$ with the tilt $theta$: its slope is largest at the vertical
+        and nowhere zero. `effort` = $-|tau|^2 / (3 torque^2)$ has a small weight.
 
     Starting State:
-        The tilt is uniform up to `start_tilt`, omega3 uniform up to `start_spin` in either sense,
-        and the rates across e3 uniform in a disk of radius `start_rate`. The direction of the tilt
-        and the phase of the body are uniform.
+        The tilt is uniform up to `start_tilt`, $omega3$ uniform up to `start_spin` in either sense,
+        and the rates across $e3$ uniform in a disk of radius `start_rate`. The direction of the
+        tilt and the phase of the body are uniform.
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): the tilt has been
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        `lqr` is the linear-quadratic regulator of the upright top that turns about e3, linear in
-        (G1, G2, omega1, omega2) with a gain for every omega3, for the middle of the ranges. The
-        torque about e3 is 0.
+        `lqr` is the linear-quadratic regulator of the upright top that turns about $e3$, linear in
+        $(G1, G2, omega1, omega2)$ with a gain for every $omega3$, for the middle of the ranges. The
+        torque about $e3$ is 0.
 
     Version History:
         v0: first version.

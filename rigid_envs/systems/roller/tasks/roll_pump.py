@@ -65,11 +65,11 @@ SWING = Reduction(
     ),
     observe=observe_reduced,
     formulas="""
-        With the angle x = curvature s, the momentum P = (1 + beta + addition) v and the least ratio
-        beta of the episode: ``a = sin(x / 2) / sin(rim / 2)`` and ``b = P sqrt(curvature / (g (1 +
-        beta))) / (2 sin(rim / 2))``; ``E / E_rim = a^2 + b^2``, at least 1e-12 where it divides,
-        ``cos 2 phase = (a^2 - b^2) / (a^2 + b^2)`` and ``sin 2 phase = 2 a b / (a^2 + b^2)``, each
-        limited to its bounds.
+        With the angle $x = curvature s$, the momentum $P = (1 + beta + addition) v$ and the least
+        ratio $beta$ of the episode: $a = sin(x / 2) / sin(rim / 2)$ and $b = P sqrt(curvature / (g
+        (1 + beta))) / (2 sin(rim / 2))$; $E / E_rim = a^2 + b^2$, at least $1e-12$ where it
+        divides, $cos 2 phase = (a^2 - b^2) / (a^2 + b^2)$ and $sin 2 phase = 2 a b / (a^2 + b^2)$,
+        each limited to its bounds.
     """,
 )
 """Reduction of `RollPump`: the reflection; the action has no direction."""
@@ -160,7 +160,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Vector:
 class RollPump(Rolling):
     """Roll out of a valley without external force, by changing the inertia ratio.
 
-    A roller in a circular valley changes its ratio beta = I / (m r^2) between that of a solid
+    A roller in a circular valley changes its ratio $beta = I / (m r^2)$ between that of a solid
     sphere (2/5) and that of a hoop (1) by moving masses along its spokes. It must pass the rim,
     which takes several swings.
 
@@ -168,22 +168,22 @@ class RollPump(Rolling):
     making it larger again costs no energy only at a turning point, so the policy must wait for it.
 
     Physics:
-        ``(1 + beta) s'' = -g sin(curvature s)``, s along the path of the centre, 0 at the bottom.
+        $(1 + beta) s'' = -g sin(curvature s)$, $s$ along the path of the centre, 0 at the bottom.
         Masses move instantaneously, at the beginning of a control period, and conserve the momentum
-        about the contact, ``P = (1 + beta) v``, here and below with what is added in beta: a
-        smaller ratio at full speed adds energy, by the work done on the masses; a larger
-        ratio at rest changes no energy. Energy is conserved while the ratio is constant. The motion
-        has no slip for any `mu`.
+        about the contact, $P = (1 + beta) v$, here and below with what is added in $beta$: a
+        smaller ratio at full speed adds energy, by the work done on the masses; a larger ratio at
+        rest changes no energy. Energy is conserved while the ratio is constant. The motion has no
+        slip for any `mu`.
 
-        From one turning point to the next, ``d(P^2)/ds = -2 (1 + beta) g sin(curvature s)`` shows
-        that under any policy the height grows by a factor of at most ``(1 + beta_hi) / (1 +
-        beta_lo)`` = 10/7. It grows by exactly this factor if the ratio is large during descent and
-        small during ascent.
+        From one turning point to the next, $d(P^2)/ds = -2 (1 + beta) g sin(curvature s)$ shows
+        that under any policy the height grows by a factor of at most $(1 + beta_hi) / (1 + beta_lo)
+        = 10/7$. It grows by exactly this factor if the ratio is large during descent and small
+        during ascent.
 
     Rewards:
-        ``shortfall`` = ``E / E_rim - 1``, limited to -1 .. 0, with ``E = g (1 - cos(curvature s)) /
-        curvature + (1 + beta) v^2 / 2`` after the step and E_rim that of rest on the rim, so that a
-        step costs less at a higher energy; and ``over`` = 1 in the step that passes the rim.
+        `shortfall` = $E / E_rim - 1$, limited to -1 .. 0, with $E = g (1 - cos(curvature s)) /
+        curvature + (1 + beta) v^2 / 2$ after the step and $E_rim$ that of rest on the rim, so that
+        a step costs less at a higher energy; and `over` = 1 in the step that passes the rim.
 
     Starting State:
         At rest on either side, with the smallest ratio. The angle from the bottom, as a fraction of
@@ -197,10 +197,10 @@ class RollPump(Rolling):
         `bang_bang` makes the ratio large during descent and small during ascent. As actions are
         held for a control period, some episodes take one pass more.
 
-        Exact: the factor ``(1 + beta_hi) / (1 + beta_lo)`` = 10/7 in height per pass. From rest at
-        the height h to the rim it takes ``log(h_rim / h) / log(10/7)`` passes, rounded up. No
-        policy reaches the rim in less time than ``(n - 1/2) pi sqrt((1 + beta_lo) / (g
-        curvature))`` with n the number of passes.
+        Exact: the factor $(1 + beta_hi) / (1 + beta_lo) = 10/7$ in height per pass. From rest at
+        the height $h$ to the rim it takes $log(h_rim / h) / log(10/7)$ passes, rounded up. No
+        policy reaches the rim in less time than $(n - 1/2) pi sqrt((1 + beta_lo) / (g curvature))$
+        with $n$ the number of passes.
 
     Version History:
         v0: first version.

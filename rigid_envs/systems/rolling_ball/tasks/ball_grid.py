@@ -144,8 +144,8 @@ def turn(a: Any, frame: Any) -> tuple[float]:
 CELL = Reduction(
     group="D4",
     frame=(
-        "the one of eight images in which the cell has 0 <= j <= i, and on its edges the one with "
-        "the largest entries of R."
+        "the one of eight images in which the cell has $0 <= j <= i$, and on its edges the one "
+        "with the largest entries of $R$."
     ),
     symmetries=(QUARTER_TURN, GRID_REFLECTION),
     features=(
@@ -158,12 +158,12 @@ CELL = Reduction(
     frame_of=frame_of,
     turn=turn,
     formulas="""
-        An image is that by a symmetry S of the square, one of ``diag(+-1, +-1)`` with or without
-        exchange of x and y: the cell ``S (i, j)``, the attitude ``S R S^T`` with S on the first two
-        axes, and a direction d of a roll becomes ``S d``. The image has the largest i, then the
-        largest j, then of R the largest R12, R11, R22, R13, R31, R23, R32, R21, compared in this
-        order. If several images are equal, any of them is taken. Cell and R are rounded to whole
-        numbers.
+        An image is that by a symmetry $S$ of the square, one of $diag(+-1, +-1)$ with or without
+        exchange of $x$ and $y$: the cell $S (i, j)$, the attitude $S R S^T$ with $S$ on the first
+        two axes, and a direction $d$ of a roll becomes $S d$. The image has the largest $i$, then
+        the largest $j$, then of $R$ the largest $R12$, $R11$, $R22$, $R13$, $R31$, $R23$, $R32$,
+        $R21$, compared in this order. If several images are equal, any of them is taken. Cell and
+        $R$ are rounded to whole numbers.
     """,
 )
 """Reduction of `BallGrid`: D4, quarter turns about the vertical through home and reflections."""
@@ -248,33 +248,33 @@ class BallGrid(Task):
     """Bring a ball to a goal cell and attitude by quarter rolls on a grid.
 
     The ball rolls like a die: a quarter turn in one of four directions takes it to the adjacent
-    square cell, of side pi radius / 2. The goal, home, is the cell at the origin with the ball
-    upright, q = 1.
+    square cell, of side $pi radius / 2$. The goal, home, is the cell at the origin with the ball
+    upright, $q = 1$.
 
     Why it is hard: it is parallel parking. The direct path leads to the right cell with the wrong
     attitude, and no move changes the attitude alone.
 
-    With `action_delay` the first rolls of an episode are in the direction +x. `action_noise` is 0:
-    Gaussian noise is not defined for discrete actions.
+    With `action_delay` the first rolls of an episode are in the direction $+x$. `action_noise` is
+    0: Gaussian noise is not defined for discrete actions.
 
     Physics:
-        A quarter roll, ``v = omega x radius e_z`` held for a quarter turn, is an odd permutation of
+        A quarter roll, $v = omega x radius e_z$ held for a quarter turn, is an odd permutation of
         the four diagonals of a cube: after an even number of moves the attitude is one of the 12
         even ones, after an odd number one of the 12 odd ones. The other 12 of the 24 attitudes
-        cannot be reached in that cell. The opposite move undoes a move. A move to +x turns by pi /
-        2 about +y, a move to +y about -x.
+        cannot be reached in that cell. The opposite move undoes a move. A move to $+x$ turns by $pi
+        / 2$ about $+y$, a move to $+y$ about $-x$.
 
     Rewards:
-        ``moves`` = -1 in every step, ``home`` = 1 in the step that reaches home: the shortest path
-        has the largest return.
+        `moves` = -1 in every step, `home` = 1 in the step that reaches home: the shortest path has
+        the largest return.
 
     Starting State:
         A cell within `start_cells` of home along each axis, and one of the 12 attitudes from which
         home can be reached, all equally likely. Home itself is among them.
 
     Episode End:
-        The episode terminates at home, which is the success (`info["is_success"]`): ``|(X, Y)| <
-        radius / 2`` and ``w^2 > 0.95`` after a step.
+        The episode terminates at home, which is the success (`info["is_success"]`): $|(X, Y)| <
+        radius / 2$ and $w^2 > 0.95$ after a step.
 
     Reference:
         `breadth_first` is breadth-first search from home, which is exact. From home itself the

@@ -88,15 +88,15 @@ POSE = (
 """Entries of `pose_seen`: offset r, rotation vector theta, mismatch m = (theta_x, theta_y - r)."""
 
 POSE_FORMULAS = """
-    With p the offset and theta the rotation vector of Rewards, the frame has the x-axis ``(c, s) =
-    p / |p|``. Where p is 0 it is along ``(theta_y, -theta_x)``, and where that is 0 too along the
-    x-axis of the world; lengths below 1e-9 are 0. The side k is -1 where theta_z < 0, else 1. A
-    horizontal vector (v_x, v_y) is seen as ``(c v_x + s v_y, k (c v_y - s v_x))``, and theta as
-    ``(k (c theta_x + s theta_y), c theta_y - s theta_x, k theta_z)``. An action (a, b) in the frame
-    is ``(c a - s k b, s a + c k b)`` in the world, rounded to float32.
+    With $p$ the offset and $theta$ the rotation vector of Rewards, the frame has the $x$-axis $(c,
+    s) = p / |p|$. Where $p$ is 0 it is along $(theta_y, -theta_x)$, and where that is 0 too along
+    the $x$-axis of the world; lengths below $1e-9$ are 0. The side $k$ is -1 where $theta_z < 0$,
+    else 1. A horizontal vector $(v_x, v_y)$ is seen as $(c v_x + s v_y, k (c v_y - s v_x))$, and
+    $theta$ as $(k (c theta_x + s theta_y), c theta_y - s theta_x, k theta_z)$. An action $(a, b)$
+    in the frame is $(c a - s k b, s a + c k b)$ in the world, rounded to float32.
 
-    r is ``min(|p|, 50)``, and ``m = (theta_x, theta_y - r)`` in the frame, with signed roots
-    ``sign(m_x) sqrt(|m_x|)``, which are not rounded off.
+    $r$ is $min(|p|, 50)$, and $m = (theta_x, theta_y - r)$ in the frame, with signed roots
+    $sign(m_x) sqrt(|m_x|)$, which are not rounded off.
 """
 """The frame of a pose and the entries of `POSE`, in words."""
 
@@ -116,7 +116,7 @@ def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
 
 BALL_POSE = Reduction(
     group="O(2)",
-    frame="x along the offset from the goal, mirrored so that theta_z >= 0.",
+    frame="$x$ along the offset from the goal, mirrored so that $theta_z >= 0$.",
     symmetries=(TURN, REFLECTION),
     features=POSE,
     observe=observe_reduced,
@@ -204,7 +204,7 @@ class BallPark(RollsAsTold):
 
     A ball rolls on a plane without slipping. The action is the velocity of its centre. The ball
     cannot be turned about the vertical, nor about any axis without moving. It starts at a random
-    pose and is to reach the origin with the attitude R = 1.
+    pose and is to reach the origin with the attitude $R = 1$.
 
     The pose has five dimensions, and there are two controls. Rolling out and back along one line
     leaves the attitude unchanged; a closed path turns the ball according to the area that it
@@ -212,32 +212,31 @@ class BallPark(RollsAsTold):
     a manoeuvre.
 
     Physics:
-        Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
-        ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
-        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``. An action of length 1
-        rolls a ball of any radius by `roll_per_step`.
+        Rolling without slipping, $v = omega x radius e_z$, makes the horizontal angular velocity
+        $omega = (-VY, VX, 0) / radius$ in world axes. A step holds the velocity, and is the exact
+        rotation by $|v| dt / radius$ about the axis $e_z x v$. An action of length 1 rolls a ball
+        of any radius by `roll_per_step`.
 
         The two control vector fields and their Lie brackets span 2, 3 and 5 dimensions (growth
-        vector (2, 3, 5)). A small counter-clockwise loop of area A turns the ball by ``-A /
-        radius^2`` about the vertical: second order in the size of the loop. A tilt without
+        vector $(2, 3, 5)$). A small counter-clockwise loop of area $A$ turns the ball by $-A /
+        radius^2$ about the vertical: second order in the size of the loop. A tilt without
         displacement, or a displacement without rotation, takes two such loops: third order. There
         is no drift: nothing moves while the action is 0.
 
     Rewards:
         The cost is a homogeneous distance: each direction has the root of the order, 1, 2 or 3, of
-        the Lie bracket that generates it. With p the offset in radii, theta = log R the rotation
-        vector in world axes and ``m = (theta_x + p_y, theta_y - p_x)`` the mismatch between
-        rotation and rolled offset, ``position`` = ``-min(|p|, 50)``, ``twist`` = ``-sqrt(t)`` and
-        ``mismatch`` = ``-cbrt(min(s, 50))``, where ``t = sqrt(theta_z^2 + 0.001^2)`` and ``s =
-        sqrt(|m|^2 + 0.001^2)`` round the roots off at 0. ``parked`` = 1 in the step that parks the
-        ball.
+        the Lie bracket that generates it. With $p$ the offset in radii, $theta = log R$ the
+        rotation vector in world axes and $m = (theta_x + p_y, theta_y - p_x)$ the mismatch between
+        rotation and rolled offset, `position` = $-min(|p|, 50)$, `twist` = $-sqrt(t)$ and
+        `mismatch` = $-cbrt(min(s, 50))$, where $t = sqrt(theta_z^2 + 0.001^2)$ and $s = sqrt(|m|^2
+        + 0.001^2)$ round the roots off at 0. `parked` = 1 in the step that parks the ball.
 
         The obvious alternative, negative distance, uses `weight_position` and `weight_angle` (of
-        ``angle`` = ``-|theta|``) in place of `weight_twist` and `weight_mismatch`, as in
+        `angle` = $-|theta|$) in place of `weight_twist` and `weight_mismatch`, as in
         configs/ball_park_naive_ppo.yaml.
 
     Starting State:
-        Position uniform in the square ``|X|, |Y| <= start_half_width``, attitude uniform on SO(3).
+        Position uniform in the square $|X|, |Y| <= start_half_width$, attitude uniform on $SO(3)$.
 
     Episode End:
         The episode terminates when the ball is parked: its offset is at most `position_tolerance`
@@ -249,9 +248,8 @@ class BallPark(RollsAsTold):
         polygon with one side per step. `three_rolls` takes three straight rolls; two are not enough
         for every pose.
 
-        Bound: no path is shorter than ``max(distance, radius angle)``, less the tolerance. Paths
-        that end at the edge of the tolerance may be shorter than those that end exactly at the
-        goal.
+        Bound: no path is shorter than $max(distance, radius angle)$, less the tolerance. Paths that
+        end at the edge of the tolerance may be shorter than those that end exactly at the goal.
 
     Version History:
         v0: first version.
@@ -310,7 +308,7 @@ class BallParkRandom(BallPark):
     Reference:
         The controllers of `BallPark`, which plan with the drawn radius.
 
-        Bound: no path is shorter than ``max(distance, radius angle)``, less the tolerance.
+        Bound: no path is shorter than $max(distance, radius angle)$, less the tolerance.
     """
 
     radius: Range = (0.5, 2.0)
@@ -323,21 +321,21 @@ class BallParkRandom(BallPark):
 class BallReorient(BallPark):
     """Turn the ball upright and return to the start position: pure holonomy.
 
-    `BallPark` from position 0 and an attitude uniform on SO(3). Rolling out and back along one line
-    leaves the attitude unchanged; a closed path turns the ball according to the area that it
+    `BallPark` from position 0 and an attitude uniform on $SO(3)$. Rolling out and back along one
+    line leaves the attitude unchanged; a closed path turns the ball according to the area that it
     encloses. A goal attitude other than upright would be the same task in other body axes.
 
     Why it is hard: rolling straight back undoes the rotation of rolling out. So the return path
     must differ from the outward path, and must enclose the right area with it.
 
     Physics:
-        Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
-        ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
-        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``. An action of length 1
-        rolls a ball of any radius by `roll_per_step`.
+        Rolling without slipping, $v = omega x radius e_z$, makes the horizontal angular velocity
+        $omega = (-VY, VX, 0) / radius$ in world axes. A step holds the velocity, and is the exact
+        rotation by $|v| dt / radius$ about the axis $e_z x v$. An action of length 1 rolls a ball
+        of any radius by `roll_per_step`.
 
-        A small counter-clockwise loop of area A turns the ball by ``-A / radius^2`` about the
-        vertical (a circle of radius rho by ``-A / radius^2 (1 - 3 (rho / radius)^2 / 4)`` to the
+        A small counter-clockwise loop of area $A$ turns the ball by $-A / radius^2$ about the
+        vertical (a circle of radius $rho$ by $-A / radius^2 (1 - 3 (rho / radius)^2 / 4)$ to the
         next order), second order in the size of the loop. A tilt is third order, from two loops of
         opposite sense, one beside the other.
 
@@ -348,8 +346,8 @@ class BallReorient(BallPark):
     Reference:
         The controllers of `BallPark`.
 
-        Bound: no path is shorter than ``radius angle``, less the tolerance. Over all attitudes the
-        mean angle is ``pi / 2 + 2 / pi``.
+        Bound: no path is shorter than $radius angle$, less the tolerance. Over all attitudes the
+        mean angle is $pi / 2 + 2 / pi$.
 
     Source:
         Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79; Jurdjevic 1993, "The

@@ -26,9 +26,9 @@ from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
 _INSIDE = 1.0 - 1e-6  # of the tolerances: there the rounded goals are reached too
 
 _FORMULAS = """
-    Frame, entries and actions are those of `BallPark`, with p the offset from the goal in radii and
-    theta the rotation vector from the attitude of the goal to that of the ball, of its exact pose.
-    The ball rests where distance and angle are at most 1 - 1e-6 of their tolerances.
+    Frame, entries and actions are those of `BallPark`, with $p$ the offset from the goal in radii
+    and $theta$ the rotation vector from the attitude of the goal to that of the ball, of its exact
+    pose. The ball rests where distance and angle are at most $1 - 1e-6$ of their tolerances.
 """
 
 
@@ -189,7 +189,7 @@ def observe_reduced(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> al
 GOAL_POSE = Reduction(
     group="E(2) x SO(3)",
     frame=(
-        "x along the offset from the goal, mirrored so that theta_z of the rotation from the "
+        "$x$ along the offset from the goal, mirrored so that $theta_z$ of the rotation from the "
         "goal is not negative. At the goal the action has no effect: the ball rests."
     ),
     symmetries=(TRANSLATION, TURN, REFLECTION, BODY_AXES),
@@ -208,7 +208,7 @@ class BallParkGoal(RollsAsTold):
     """Park the ball at a pose drawn in every episode; sparse reward.
 
     The ball of `BallPark`, as a goal environment: the observation is a dictionary, the goals are
-    position and rotation matrix, and ``compute_reward`` gives the reward of any pair of goals. The
+    position and rotation matrix, and `compute_reward` gives the reward of any pair of goals. The
     rest of the observation does not depend on the desired goal, so hindsight relabelling with any
     other goal is exact.
 
@@ -217,33 +217,33 @@ class BallParkGoal(RollsAsTold):
     tolerance of a goal.
 
     Physics:
-        Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
-        ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
-        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``. An action of length 1
-        rolls a ball of any radius by `roll_per_step`.
+        Rolling without slipping, $v = omega x radius e_z$, makes the horizontal angular velocity
+        $omega = (-VY, VX, 0) / radius$ in world axes. A step holds the velocity, and is the exact
+        rotation by $|v| dt / radius$ about the axis $e_z x v$. An action of length 1 rolls a ball
+        of any radius by `roll_per_step`.
 
         Rolling is invariant under translation and under the choice of body axes. So the motion from
         pose to goal depends on their difference only: the displacement, and the rotation from one
         attitude to the other in world axes.
 
     Rewards:
-        ``reached`` = 0 where the distance to the goal is at most `position_tolerance` and the angle
+        `reached` = 0 where the distance to the goal is at most `position_tolerance` and the angle
         between the attitudes at most `angle_tolerance`, else -1: the return is minus the number of
         steps away from the goal. The observed (float32) goals are compared, so recomputed rewards
         equal those of `step` bit for bit.
 
-        With R of the achieved and R* of the desired goal, the angle is compared as ``tr(R R*^T) >=
-        1 + 2 cos(min(angle_tolerance, pi))``.
+        With $R$ of the achieved and $R*$ of the desired goal, the angle is compared as $tr(R R*^T)
+        >= 1 + 2 cos(min(angle_tolerance, pi))$.
 
-        ``distance`` = 0 there too, else minus the homogeneous distance of `BallPark` from the goal,
+        `distance` = 0 there too, else minus the homogeneous distance of `BallPark` from the goal,
         the sum of its terms position, twist and mismatch, is a dense term of the default weight 0.
         Of balls of several radii it is that of the middle of their range. As rounded matrices are
-        not quite orthogonal, theta is that of the longest row of ``4 q q^T``, whose entries are
-        sums of those of ``R R*^T``, as a unit quaternion.
+        not quite orthogonal, $theta$ is that of the longest row of $4 q q^T$, whose entries are
+        sums of those of $R R*^T$, as a unit quaternion.
 
     Starting State:
-        Positions of ball and goal uniform in the square ``|X|, |Y| <= start_half_width``, both
-        attitudes uniform on SO(3).
+        Positions of ball and goal uniform in the square $|X|, |Y| <= start_half_width$, both
+        attitudes uniform on $SO(3)$.
 
     Episode End:
         The episode continues at the goal, where staying has the largest reward. Success
@@ -254,7 +254,7 @@ class BallParkGoal(RollsAsTold):
         `shortest_path` rolls from pose to goal as in `BallPark` and then rests; `three_rolls` takes
         three straight rolls.
 
-        Bound: no path is shorter than ``max(distance, radius angle)`` from pose to goal, less the
+        Bound: no path is shorter than $max(distance, radius angle)$ from pose to goal, less the
         tolerance.
 
     Version History:

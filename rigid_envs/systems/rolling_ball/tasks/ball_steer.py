@@ -51,7 +51,7 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 ALONG_PATH = Reduction(
     group="E(2) x SO(3)",
-    frame="x along the heading of the reference, mirrored so that its path bends to the left.",
+    frame="$x$ along the heading of the reference, mirrored so that its path bends to the left.",
     symmetries=(TRANSLATION, TURN, REFLECTION, BODY_AXES),
     features=(
         *(Entry(f"{k} / radius", "1", "path", -_FAR, _FAR) for k in ("ahead", "left")),
@@ -64,9 +64,9 @@ ALONG_PATH = Reduction(
     frame_of=frame_of,
     turn=turn,
     formulas="""
-        The frame is as in `BallPark`, with ``(c, s)`` the heading of the reference and the side k
+        The frame is as in `BallPark`, with $(c, s)$ the heading of the reference and the side $k$
         -1 where the curvature is negative, else 1: offset and force are seen as horizontal vectors,
-        theta as there, and the curvature as its magnitude.
+        $theta$ as there, and the curvature as its magnitude.
     """,
 )
 """Reduction of `BallSteer`: only the error and the shape of the path ahead matter."""
@@ -218,37 +218,37 @@ class BallSteer(RollsAsTold):
     attitude itself is not (`rotation`).
 
     Why it is hard: five errors, two controls. To first order the attitude error turns with the
-    rolling reference, ``theta' = d omega + omega_reference x theta``, which makes it controllable.
-    But along a straight line ``theta_y - p_x`` (x along the line) is constant; only the curvature
+    rolling reference, $theta' = d omega + omega_reference x theta$, which makes it controllable.
+    But along a straight line $theta_y - p_x$ ($x$ along the line) is constant; only the curvature
     of the path allows it to be reduced.
 
     Physics:
-        Rolling without slipping, ``v = omega x radius e_z``, makes the horizontal angular velocity
-        ``omega = (-VY, VX, 0) / radius`` in world axes. A step holds the velocity, and is the
-        exact rotation by ``|v| dt / radius`` about the axis ``e_z x v``. An action of length 1
-        rolls a ball of any radius by `roll_per_step`.
+        Rolling without slipping, $v = omega x radius e_z$, makes the horizontal angular velocity
+        $omega = (-VY, VX, 0) / radius$ in world axes. A step holds the velocity, and is the exact
+        rotation by $|v| dt / radius$ about the axis $e_z x v$. An action of length 1 rolls a ball
+        of any radius by `roll_per_step`.
 
-        The paths are Euler's elasticae, ``heading'' = -w^2 sin(heading - axis)`` in arc length,
-        with the `wavenumber` w per radius; the shortest paths of a rolling ball between poses are
-        elasticae. One is the closed elastica, a figure eight (modulus 0.909), which is ``9.28 / w``
+        The paths are Euler's elasticae, $heading'' = -w^2 sin(heading - axis)$ in arc length, with
+        the `wavenumber` $w$ per radius; the shortest paths of a rolling ball between poses are
+        elasticae. One is the closed elastica, a figure eight (modulus 0.909), which is $9.28 / w$
         radii long; the others have a modulus of 0.6 to 1.2, and above 1 their heading turns in one
-        sense only. The reference rolls them as polygons, one side of length ``l = reference_speed
-        roll_per_step radius`` in each control period. It has a heading h, a unit vector; the
-        curvature kappa of its path; and the constant force F of its path, ``(wavenumber /
-        radius)^2`` along the axis. In a period it rolls like the ball by its action,
-        ``reference_speed h`` rounded to float32, while kappa grows by ``l / 2 (h x F)``, h then
-        turns by ``l kappa``, and kappa grows by ``l / 2 (h x F)`` of the new h. Observed are its
-        action in the coming period, and kappa and F.
+        sense only. The reference rolls them as polygons, one side of length $l = reference_speed
+        roll_per_step radius$ in each control period. It has a heading $h$, a unit vector; the
+        curvature $kappa$ of its path; and the constant force $F$ of its path, $(wavenumber /
+        radius)^2$ along the axis. In a period it rolls like the ball by its action,
+        $reference_speed h$ rounded to float32, while $kappa$ grows by $l / 2 (h x F)$, $h$ then
+        turns by $l kappa$, and $kappa$ grows by $l / 2 (h x F)$ of the new $h$. Observed are its
+        action in the coming period, and $kappa$ and $F$.
 
     Rewards:
-        ``close`` = ``1 / (1 + 5 error)``, with the pose error ``sqrt(|p|^2 + |theta|^2)``: p the
-        offset in radii and theta the rotation vector from the attitude of the reference to that of
-        the ball. Its slope is largest at zero error and nowhere zero.
+        `close` = $1 / (1 + 5 error)$, with the pose error $sqrt(|p|^2 + |theta|^2)$: $p$ the offset
+        in radii and $theta$ the rotation vector from the attitude of the reference to that of the
+        ball. Its slope is largest at zero error and nowhere zero.
 
     Starting State:
         The reference is at the origin, upright, at the largest curvature of its path, with uniform
-        heading h and either sense of curvature: F along h, and ``kappa = +-2 k wavenumber /
-        radius`` with the modulus k. `path` is "eight", k = 0.9089085575485415, "elastica", k
+        heading $h$ and either sense of curvature: $F$ along $h$, and $kappa = +-2 k wavenumber /
+        radius$ with the modulus $k$. `path` is "eight", $k = 0.9089085575485415$, "elastica", $k$
         uniform, or "both", each in half of the episodes. The offset of the ball from it is uniform
         in a disk of `start_offset` radii, its relative rotation vector uniform in a ball of
         `start_angle`.
@@ -260,7 +260,7 @@ class BallSteer(RollsAsTold):
     Reference:
         `lqr` is the linear-quadratic regulator along the elastica of the reference, which uses its
         future path. `damping` does not: it adds to the action of the reference a gradient descent
-        of the error, ``w = -0.6 (p_x + 1.2 theta_y, p_y - 1.2 theta_x)`` in radii per second.
+        of the error, $w = -0.6 (p_x + 1.2 theta_y, p_y - 1.2 theta_x)$ in radii per second.
 
         Exact: zero error for the whole episode is feasible from zero offset, as the actions of the
         reference are rounded like all others and can be copied bit for bit.

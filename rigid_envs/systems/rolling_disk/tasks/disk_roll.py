@@ -198,15 +198,15 @@ CIRCLE = Reduction(
     frame_of=frame_of,
     turn=turn_one,
     formulas="""
-        With s = -1 where the commanded curvature is negative, else 1, and t = -s where w3 is
-        negative, else s: lean, theta', both curvatures and the action are multiplied by s, wn and
-        w3 by t. Of what is multiplied, with lean x, curvature k and its goal k*: ``e = (k - k*) /
-        k*``, and the logarithm is that of |e| <= 20.
+        With $s = -1$ where the commanded curvature is negative, else 1, and $t = -s$ where $w3$ is
+        negative, else $s$: lean, $theta'$, both curvatures and the action are multiplied by $s$,
+        $w_n$ and $w3$ by $t$. Of what is multiplied, with lean $x$, curvature $k$ and its goal
+        $k*$: $e = (k - k*) / k*$, and the logarithm is that of $|e| <= 20$.
 
-        With ``a = 2 w3 + wn tan x`` and ``b = 2 wn / 3``, the changes of wn and w3 with the lean of
-        a uniform disk, ``psi' = w3 + wn tan x``, and ``c = (a / cos x - k (b + a tan x + wn /
-        cos^2 x)) / max(psi', 0.1) + k tan x``: the missing lean is ``d = (k* - k) / max(c, 0.5)``
-        within +-0.5, the steady lean ``x + d``, and the steady wn w3 ``(wn + a d) (w3 + b d)``.
+        With $a = 2 w3 + w_n tan x$ and $b = 2 w_n / 3$, the changes of $w_n$ and $w3$ with the lean
+        of a uniform disk, $psi' = w3 + w_n tan x$, and $c = (a / cos x - k (b + a tan x + w_n /
+        cos^2 x)) / max(psi', 0.1) + k tan x$: the missing lean is $d = (k* - k) / max(c, 0.5)$
+        within $+-0.5$, the steady lean $x + d$, and the steady $w_n w3$ $(w_n + a d) (w3 + b d)$.
     """,
 )
 """Reduction of `DiskRoll`: motions of the plane, turns of the disk, two reflections."""
@@ -325,26 +325,26 @@ class DiskRoll(Rolling):
     circle and hold it against gravity.
 
     Physics:
-        With the turn rate wn about the radius that points up, the roll rate w3 about the axis and
-        theta = pi / 2 + lean, ``d(wn sin(theta)) = (I3 / I1) w3 sin(theta) dtheta`` and ``dw3 = m
-        r^2 / (I3 + m r^2) wn dtheta`` under any lean torque. Without torque the energy is
+        With the turn rate $w_n$ about the radius that points up, the roll rate $w3$ about the axis
+        and $theta = pi / 2 + lean$, $d(w_n sin(theta)) = (I3 / I1) w3 sin(theta) dtheta$ and $dw3 =
+        m r^2 / (I3 + m r^2) w_n dtheta$ under any lean torque. Without torque the energy is
         conserved.
 
-        Upright rolling is stable where ``I3 (I3 + m r^2) w3^2 > I1 m g r``: a disk above ``w3^2 = g
-        / (3 r)``, a hoop above ``g / (4 r)``. Below, a small lean grows, and without control the
-        disk falls or reels.
+        Upright rolling is stable where $I3 (I3 + m r^2) w3^2 > I1 m g r$: a disk above $w3^2 = g /
+        (3 r)$, a hoop above $g / (4 r)$. Below, a small lean grows, and without control the disk
+        falls or reels.
 
-        theta is the angle between e3 and the vertical e_z, n = (e_z - cos(theta) e3) / sin(theta)
-        and l = e3 x n; so ``wn = n . omega``, ``theta' = -l . omega``, ``w3 = e3 . omega``. The
-        contact moves along l at r psi', ``psi' = w3 + wn tan(lean)``, and its path turns at ``phi'
-        = wn / cos(lean)``. Its curvature times the radius is ``phi' psi' / max(psi'^2, 1e-9)``,
-        limited to +-10: positive where the centre of the circle is to the left of l, and 0 where
-        the disk spins on the spot.
+        $theta$ is the angle between $e3$ and the vertical $e_z$, $n = (e_z - cos(theta) e3) /
+        sin(theta)$ and $l = e3 x n$; so $w_n = n . omega$, $theta' = -l . omega$, $w3 = e3 .
+        omega$. The contact moves along $l$ at $r psi'$, $psi' = w3 + w_n tan(lean)$, and its path
+        turns at $phi' = w_n / cos(lean)$. Its curvature times the radius is $phi' psi' /
+        max(psi'^2, 1e-9)$, limited to $+-10$: positive where the centre of the circle is to the
+        left of $l$, and 0 where the disk spins on the spot.
 
     Rewards:
-        ``circle`` = ``1 / (1 + 10 e)`` with e the relative error of the curvature of the contact's
-        path, ``e = |k - k*| / |k*|`` with the commanded k*, ``upright`` = ``cos(lean)``, the reward
-        for not falling, and ``effort`` = ``-(tau / torque)^2``.
+        `circle` = $1 / (1 + 10 e)$ with $e$ the relative error of the curvature of the contact's
+        path, $e = |k - k*| / |k*|$ with the commanded $k*$, `upright` = $cos(lean)$, the reward for
+        not falling, and `effort` = $-(tau / torque)^2$.
 
     Starting State:
         Lean uniform within `start_lean`, turn rate and lean rate each within `start_rate`, the roll
@@ -354,7 +354,7 @@ class DiskRoll(Rolling):
         the contact is at the origin.
 
     Episode End:
-        Success (`info["is_success"]`): e has been at most `tolerance` throughout the last `hold`
+        Success (`info["is_success"]`): $e$ has been at most `tolerance` throughout the last `hold`
         seconds, and the disk has not fallen. The episode terminates when the disk has fallen, at a
         lean of more than 60 degrees.
 
@@ -438,16 +438,16 @@ class DiskRoll(Rolling):
 class DiskRollRandom(DiskRoll):
     """Keep a wheel with random parameters rolling on a circle of commanded curvature.
 
-    `DiskRoll` with mass, radius and moments that are drawn and not observed, from flat wheels (I3 =
-    2 I1, the largest ratio of a rigid body) to thick ones. The threshold is 0.53 to 0.72 sqrt(g /
-    r), and the torque that holds a lean varies by a factor of 1.5. The actual curvature is
+    `DiskRoll` with mass, radius and moments that are drawn and not observed, from flat wheels ($I3
+    = 2 I1$, the largest ratio of a rigid body) to thick ones. The threshold is 0.53 to 0.72 $sqrt(g
+    / r)$, and the torque that holds a lean varies by a factor of 1.5. The actual curvature is
     observed, so a policy can hold the circle without the parameters; `observe_params` adds them to
     the observation.
 
     Reference:
         The regulator of `DiskRoll` for the middle of the ranges, without the drawn parameters.
 
-        Exact: the threshold ``I3 (I3 + m r^2) w3^2 = I1 m g r`` of each wheel.
+        Exact: the threshold $I3 (I3 + m r^2) w3^2 = I1 m g r$ of each wheel.
     """
 
     n_substeps: int = 4

@@ -129,7 +129,7 @@ _WIDE = 1.5 * FAR
 
 COIN_POSE = Reduction(
     group="Z2 x Z2",
-    frame="signs such that Y and the mismatch between rolled offset and phase are not negative.",
+    frame="signs such that $Y$ and the mismatch between rolled offset and phase are not negative.",
     symmetries=(ALONG, ACROSS),
     features=(
         Entry("X / radius", "1", "reduced", -FAR, FAR),
@@ -151,14 +151,13 @@ COIN_POSE = Reduction(
     frame_of=frame_of,
     turn=turn,
     formulas="""
-        With x and y the offset in radii, limited to +-50, and m = x + psi within half a turn: a is
-        -1 where m < 0, b where y < 0, else 1. x, psi, m and the roll rate are multiplied by a; y by
-        b; phi and the steer rate by a b.
+        With $x$ and $y$ the offset in radii, limited to $+-50$, and $m = x + psi$ within half a
+        turn: $a$ is -1 where $m < 0$, $b$ where $y < 0$, else 1. $x$, $psi$, $m$ and the roll rate
+        are multiplied by $a$; $y$ by $b$; $phi$ and the steer rate by $a b$.
 
-        Of what is multiplied: ahead is ``x cos phi + y sin phi``, aside ``y cos phi - x sin phi``,
-        and ``D^2 = x^2 + y^2``. With ``h = -psi - ahead`` and ``e = psi^2 - D^2``, the signed root
-        is ``sign(e) sqrt(|e|)`` and the first roll ``e h / (2 max(h^2, 0.0001))``, each within its
-        bounds.
+        Of what is multiplied: $ahead$ is $x cos phi + y sin phi$, $aside$ $y cos phi - x sin phi$,
+        and $D^2 = x^2 + y^2$. With $h = -psi - ahead$ and $e = psi^2 - D^2$, the signed root is
+        $sign(e) sqrt(|e|)$ and the first roll $e h / (2 max(h^2, 0.0001))$, each within its bounds.
     """,
 )
 """Reduction of `CoinPark`: reflections in the plane of the coin at the goal, and across it."""
@@ -259,29 +258,28 @@ class CoinPark(Rolling):
     another length than the straight one.
 
     Physics:
-        ``(X', Y') = -radius psi' (cos phi, sin phi)`` with the heading phi and the roll phase psi.
-        Both rates are set at once, so each step is an arc, exact to 4e-11 rad, and those of the
-        start do not matter. Mass, moments and g have no effect on the motion, as the rates are
-        given. phi and psi are within half a turn. Actions of 1 roll by `roll_per_step` and turn by
-        `steer_per_step`. On the arc the coin needs the coefficient of friction ``radius |phi' psi'|
-        / g``; what the jumps of the rates would need is not counted.
+        $(X', Y') = -radius psi' (cos phi, sin phi)$ with the heading $phi$ and the roll phase
+        $psi$. Both rates are set at once, so each step is an arc, exact to $4e-11$ rad, and those
+        of the start do not matter. Mass, moments and $g$ have no effect on the motion, as the rates
+        are given. $phi$ and $psi$ are within half a turn. Actions of 1 roll by `roll_per_step` and
+        turn by `steer_per_step`. On the arc the coin needs the coefficient of friction $radius
+        |phi' psi'| / g$; what the jumps of the rates would need is not counted.
 
         The two control vector fields and their Lie brackets span 2, 3 and 4 dimensions (growth
-        vector (2, 3, 4)). At the goal steering and rolling are directly controlled, the lateral
-        offset y needs the bracket of the two, and the mismatch ``x + psi`` between rolled offset
+        vector $(2, 3, 4)$). At the goal steering and rolling are directly controlled, the lateral
+        offset $y$ needs the bracket of the two, and the mismatch $x + psi$ between rolled offset
         and phase needs the bracket of that with steering. There is no drift: nothing moves while
         the action is 0.
 
     Rewards:
-        Each direction has the root of the order of the bracket that generates it. With p = (x, y)
-        the offset in radii and m = x + psi within half a turn, ``position`` = ``-|p|``, ``heading``
-        = ``-|phi|``, ``side`` = ``-sqrt(s)`` and ``mismatch`` = ``-cbrt(t)``: orders 1, 1, 2 and 3,
-        where ``s = sqrt(y^2 + 0.001^2)`` and ``t = sqrt(m^2 + 0.001^2)`` round the roots off at 0.
-        |p|, |x| and |y| are limited to 50 in all of them.
-        ``parked`` = 1 in the step that parks the coin.
+        Each direction has the root of the order of the bracket that generates it. With $p = (x, y)$
+        the offset in radii and $m = x + psi$ within half a turn, `position` = $-|p|$, `heading` =
+        $-|phi|$, `side` = $-sqrt(s)$ and `mismatch` = $-cbrt(t)$: orders 1, 1, 2 and 3, where $s =
+        sqrt(y^2 + 0.001^2)$ and $t = sqrt(m^2 + 0.001^2)$ round the roots off at 0. $|p|$, $|x|$
+        and $|y|$ are limited to 50 in all of them. `parked` = 1 in the step that parks the coin.
 
     Starting State:
-        Position uniform in the square ``|X|, |Y| <= start_half_width``, heading and phase uniform.
+        Position uniform in the square $|X|, |Y| <= start_half_width$, heading and phase uniform.
 
     Episode End:
         The episode terminates when the coin is parked: its offset is at most `position_tolerance`,
@@ -289,10 +287,10 @@ class CoinPark(Rolling):
         `phase_tolerance`. That step is the success (`info["is_success"]`).
 
     Reference:
-        `two_rolls` takes two straight rolls by a and b with turns between them, ``a u_1 + b u_2 =
-        D`` and ``a + b = 2 pi k - psi`` with D the offset in radii and u the headings.
+        `two_rolls` takes two straight rolls by $a$ and $b$ with turns between them, $a u_1 + b u_2
+        = D$ and $a + b = 2 pi k - psi$ with $D$ the offset in radii and $u$ the headings.
 
-        Bound: no path is shorter than ``max(distance, radius |psi|)``, less the tolerance. Turning
+        Bound: no path is shorter than $max(distance, radius |psi|)$, less the tolerance. Turning
         while rolling takes fewer steps.
 
     Version History:
