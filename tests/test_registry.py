@@ -64,7 +64,7 @@ assert gymnasium.make(env_id).spec.max_episode_steps == 70
 assert gymnasium.make_vec(env_id, num_envs=3).reset(seed=0)[0].shape[0] == 3
 assert "Park a hoop." in describe(env_id, {}) and env_id in list_all()
 write_pages(Path("pages"), [env_id])
-assert "One of the [Hoop](README.md#hoop)" in Path("pages/Hoops-Roll.md").read_text()
+assert "Family: [Hoop](README.md#hoop)" in Path("pages/Hoops-Roll.md").read_text()
 assert "## Hoop" in Path("pages/README.md").read_text()
 assert [metric.name for metric in metrics_of(env_id)] == ["time", "success", "return"]
 assert evaluate(env_id, uniform(), n=3).values["success"].shape == (3,)

@@ -4,7 +4,6 @@ A model is one episode in plain NumPy: `begin` with a state, `observe`, `step`. 
 with `rigid_envs`.
 """
 
-import ast
 import math
 import re
 from abc import ABC, abstractmethod
@@ -287,7 +286,7 @@ def pages_of(file):
     page = (PAGES / file).read_text(encoding="utf-8")
     if file == "README.md":
         return [page]
-    parent = re.search(r"\nAs those of .*\((\w+\.md)\):", page)
+    parent = re.search(r"\nThe same as in .*\((\w+\.md)\):", page)
     return [*pages_of("README.md" if parent is None else parent[1]), page]
 
 
@@ -297,9 +296,10 @@ def arguments_of(file):
     for page in pages_of(file):
         section = page.split("# Arguments\n")[1].split("\n#")[0]
         found = re.findall(r"^\| `(\w+)` \| (.+?) \|", section, re.MULTILINE)
-        weights = re.findall(r"^\| `\w+` \| (\S+) \| `(weight_\w+)` \|", page, re.MULTILINE)
-        for name, value in [*found, *(pair[::-1] for pair in weights)]:
-            values[name] = value if value in _WORDS else ast.literal_eval(value)
+        weights = re.findall(r"^\| `(weight_\w+)` \| (\S+) \|", page, re.MULTILINE)
+        for name, value in [*found, *weights]:
+            exact = value.partition(" = ")[0]  # "pi/8 = 0.3927"
+            values[name] = value if value in _WORDS else eval(exact, {"pi": math.pi})
     return values
 
 

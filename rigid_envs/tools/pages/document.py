@@ -64,7 +64,7 @@ def document(env_id: str, task: Task, given: Mapping[str, Any]) -> list[Section]
         Section("Starting State", [*sections["Starting State"], _options(task)]),
         _episode_end(env_id, task, docstring),
         _arguments(env_id, task, given),
-        Section("Info", [tables.info_table(task)]),
+        Section("Info", tables.info_keys(task)),
         _physics(env_id, task, docstring),
         Section(
             "Reference score", [*sections["Reference"], *tables.reference_section(env_id, task)]
@@ -124,8 +124,8 @@ def _reduced_frame(task: Task) -> list[Section]:
     names = "; ".join(symmetry.name for symmetry in reduction.symmetries)
     goals = " The goals are as above." if task.n_goal else ""
     lead = (
-        f'With `frame="reduced"`: {_array(len(reduction.features))}.{goals} '
-        f"The group is ${reduction.group}$: {names}. The frame: {reduction.frame}"
+        f"{_array(len(reduction.features))}.{goals} Group ${reduction.group}$: {names}. "
+        f"Frame: {reduction.frame}"
     )
     formulas = tables.blocks(inspect.cleandoc(reduction.formulas)) if reduction.formulas else []
     table = tables.entry_table(reduction.features)
@@ -186,9 +186,8 @@ def _integrator_step(env_id: str, task: Task) -> list[str]:
     if not math.isfinite(envelope):
         return []
     return [
-        f"The integrator step, `dt` / `n_substeps`, is {step:.3g} s. Within the time limit rates "
-        f"are at most {rate:.3g} rad/s, {rate * step:.3g} rad per step; at most {envelope:.3g} rad "
-        "is accepted."
+        f"A step of the integrator is {step:.3g} s. Rates are at most {rate:.3g} rad/s within the "
+        f"time limit, {rate * step:.3g} rad per step; {envelope:.3g} rad are accepted."
     ]
 
 

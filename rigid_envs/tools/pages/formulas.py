@@ -40,6 +40,7 @@ def latex(formula: str) -> str:
     text = text.replace(" . ", r" \cdot ")
     text = re.sub("[<>]=|->|[+]-|-[+]", lambda sign: _SIGNS[sign[0]], text)
     text = re.sub(r"\b1e(-?\d+)", r"10^{\1}", text)
+    text = re.sub(r"\b(\d)e(-?\d+)", r"\1 \\cdot 10^{\2}", text)
     text = re.sub(r"\^(-\d+)", r"^{\1}", text)
     text = re.sub(r"(?<![\\\w])([A-Za-z]\w*)(\*?)", lambda word: _word(*word.groups()), text)
     # in mathematics blanks vanish, but not in a word

@@ -1,6 +1,7 @@
 """Tables of tasks, of what is known of them, and of all ids."""
 
 import inspect
+import math
 import re
 import shutil
 import sys
@@ -254,15 +255,11 @@ class Table(NamedTuple):
 
 
 def action_table(task: Task) -> Table:
-    """Entries of the action: bounds of the space, and the physical values at these."""
-    space = action_space(task)
-    ends = (0, task.n_choices - 1) if isinstance(space, spaces.Discrete) else (-1, 1)
-    rows = [
-        (*_names(k, entry), *map(str, ends), *_bounds(entry))
-        for k, entry in enumerate(task.actions())
-    ]
-    bounds = ("Control Min", "Control Max", "Value at Min", "Value at Max")
-    return Table(("Num", "Action", "Unit", "Frame", *bounds), rows, ">=<<>>>>")
+    """Entries of the action, and their physical values at the bounds of the space."""
+    ends = (0, task.n_choices - 1) if task.n_choices else (-1, 1)
+    rows = [(*_names(k, entry), *_bounds(entry)) for k, entry in enumerate(task.actions())]
+    values = (f"Value at {end}" for end in ends)
+    return Table(("Num", "Action", "Unit", "Frame", *values), rows, ">=<<>>")
 
 
 def term_table(task: Task) -> Table:
@@ -296,15 +293,14 @@ def argument_table(task: Task, given: Mapping[str, Any]) -> Table:
     return Table(columns, rows, "=>><=<" if given else "=><=<")
 
 
-def info_table(task: Task) -> Table:
-    """Keys of info that not all tasks have alike, with their types."""
+def info_keys(task: Task) -> list[str]:
+    """Keys of info that not all tasks have alike, as items of a list."""
     flags = [key for key in info_flags(task) if key in _GRIP]
-    rows = [
-        ("cost", "float", f"{task.cost_unit}, of this step"),
-        *((key, "float", _GRIP[key]) for key in task.episode.ground.names),
-        *((key, "bool", _GRIP[key]) for key in flags),
+    return [
+        f"- `cost` (float): {task.cost_unit}, of this step.",
+        *(f"- `{key}` (float): {_GRIP[key]}." for key in task.episode.ground.names),
+        *(f"- `{key}` (bool): {_GRIP[key]}." for key in flags),
     ]
-    return Table(("Key", "Type", "Meaning"), rows, "==<")
 
 
 def sample_arguments(task: Task) -> dict[str, Any]:
@@ -353,12 +349,22 @@ def _ordered(task: Task) -> list[Field[Any]]:
 
 
 def _written(value: Any) -> str:
+    """A default in the digits that it needs, or as what it is computed from."""
     if isinstance(value, tuple):
-        return f"({', '.join(map(_written, value))})"
+        return f"({', '.join(map(_exact, value))})"
     if not isinstance(value, float):
         return str(value)
-    short = f"{value:.6g}"
-    return short if float(short) == value else repr(value)
+    exact = _exact(value)
+    return exact if "/" not in exact else f"{exact} = {value:.4g}"
+
+
+def _exact(value: float) -> str:
+    """A number by Python's means: `0.1`, `pi/8`, `1/9.81` (lengths over gravity)."""
+    if float(f"{value:.6g}") == value:
+        return f"{value:.6g}"
+    known = {math.pi: "pi", math.pi / 2: "pi/2", math.pi / 8: "pi/8", 2 / 3: "2/3"}
+    weight = round(9.81 * value, 2)
+    return known.get(value, f"{weight:g}/9.81" if weight / 9.81 == value else repr(value))
 
 
 def _allowed(rule: Number | Integer | Choice | Flag) -> str:
@@ -369,14 +375,14 @@ def _allowed(rule: Number | Integer | Choice | Flag) -> str:
         return "True, False"
     if rule.low == rule.high:
         return f"{rule.low:g}"
-    return f"{rule.low:g} .. {rule.high:g}" + (" ~" if rule.drawn else "")
+    return f"{rule.low:g} .. {_exact(rule.high)}" + (" ~" if rule.drawn else "")
 
 
 # Success, efficiency and cost of the untrained policies of an environment, from its data.
 
 _KNOWN = (
-    "Of the {n} starts, the best known `{cost}` was found by {finders}. The efficiency takes no "
-    "`{cost}` below {floor:g}{unit}."
+    "The best known `{cost}` of the {n} starts is by {finders}; efficiency takes it as at least "
+    "{floor:g}{unit}."
 )
 
 
@@ -401,11 +407,12 @@ def _table(task: Task, names: list[str], found: Best) -> Table:
     """One row for each policy."""
     rows = []
     for policy, summary in found.policies.items():
-        success, *others = rates_of(summary)
+        success, interval, efficiency, other = rates_of(summary)
+        rates = f"{success.removesuffix(' %')} ({interval})", f"{efficiency} ({other})"
         metrics = (short_figure(summary["metrics"][name]) for name in names)
-        rows.append((policy, success.removesuffix(" %"), *others, *metrics))
+        rows.append((policy, *rates, *metrics))
     titles = (Cost(name, METRICS[name].unit(task), 0.0).title for name in names)
-    header = ("Policy", "success", "95 %", "efficiency", "95 %", *titles)
+    header = ("Policy", "success (95 %)", "efficiency (95 %)", *titles)
     return Table(header, rows, "=" + ">" * (len(header) - 1))
 
 

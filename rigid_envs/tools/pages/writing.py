@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, fields
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -50,9 +51,29 @@ def as_markdown(table: Table) -> str:
     return markdown_table(table.header, rows, table.kinds.translate(SIDES))
 
 
+def _brief(table: Table) -> Table:
+    """A table of a page: entries that are alike in one row; of terms what the text does not say."""
+    if table.header[0] == "Term":
+        weights = [(argument, weight) for _, weight, argument, _ in table.rows]
+        return Table(("Argument", "Weight"), weights, "=>")
+    if table.header[0] != "Num":
+        return table
+    rows: list[Sequence[str]] = []
+    for alike, entries in groupby(table.rows, lambda row: tuple(row[2:])):
+        numbers, names = zip(*(row[:2] for row in entries), strict=True)
+        span = " .. ".join(dict.fromkeys((numbers[0], numbers[-1])))
+        rows.append((span, "`, `".join(names), *map(_rounded, alike)))
+    return table._replace(rows=rows)
+
+
+def _rounded(text: str) -> str:
+    """A number of many digits in four."""
+    return f"{float(text):.4g}" if re.fullmatch(r"-?\d+\.\d{4,}", text) else text
+
+
 def _block(block: str | Table | Code) -> str:
     if isinstance(block, Table):
-        return as_markdown(block)
+        return as_markdown(_brief(block))
     return f"```python\n{block.text}\n```" if isinstance(block, Code) else block
 
 
@@ -166,14 +187,11 @@ _FILM = f"![A reference controller in {{name}}]({FILMS}/{{file}})"
 _SMALL = 120  # pixels, in the README
 _SPACE = "RigidEnvs/"
 _DOI = re.compile(r"\bdoi:(10\.[^\s;,]*[^\s;,.])")
-_NOTE = (
-    "<!-- Written by `rigid-envs docs` from the registry, the docstrings and the best known "
-    "costs: change those, not this page. -->"
-)
+_NOTE = "<!-- Written by `rigid-envs docs`: change docstrings and registry, not this page. -->"
 _INTRODUCTION = (
     "The numbers before actions and observations are their sizes; a goal environment has those of "
     "its `observation` and of each of its goals. `rigid-envs describe ID` shows a page in the "
-    "terminal, for any arguments."
+    "terminal, for any arguments; with `--json`, all digits of numbers that are rounded here."
 )
 _COMMAND = "python -m rigid_envs.tools.pages"
 _FROM_DOCS = "environments"
@@ -327,8 +345,7 @@ def _name(env_id: str) -> str:
 
 def _family_of(env_id: str) -> str:
     family = ENVIRONMENTS[env_id].family
-    common = f"[{SHARED}]({_place(SHARED)}) is said once for all."
-    return f"One of the [{family}]({_place(family)}) environments. {common}"
+    return f"Family: [{family}]({_place(family)}). See also [{SHARED.lower()}]({_place(SHARED)})."
 
 
 def _content(env_id: str, task: Task) -> list[str]:
@@ -341,7 +358,10 @@ def _content(env_id: str, task: Task) -> list[str]:
         return [markdown(sections)]
     known = {each.title: each.body for each in document(parent, task_of(parent), {})}
     same = [each.title for each in sections if each.body == known[each.title]]
-    lead = f"As those of `{_name(parent)}`: {', '.join(same)}; and arguments that are not here."
+    lead = (
+        f"The same as in `{_name(parent)}`: {', '.join(same)}; and arguments that are not listed "
+        "here."
+    )
     own = [each for each in sections if each.title not in same]
     return [lead, markdown([_without(each, known[each.title]) for each in own])]
 

@@ -329,10 +329,7 @@ class BallReorient(BallPark):
     must differ from the outward path, and must enclose the right area with it.
 
     Physics:
-        Rolling without slipping, $v = omega x radius e_z$, makes the horizontal angular velocity
-        $omega = (-VY, VX, 0) / radius$ in world axes. A step holds the velocity, and is the exact
-        rotation by $|v| dt / radius$ about the axis $e_z x v$. An action of length 1 rolls a ball
-        of any radius by `roll_per_step`.
+        The ball rolls as in `BallPark`.
 
         A small counter-clockwise loop of area $A$ turns the ball by $-A / radius^2$ about the
         vertical (a circle of radius $rho$ by $-A / radius^2 (1 - 3 (rho / radius)^2 / 4)$ to the

@@ -217,10 +217,7 @@ class BallParkGoal(RollsAsTold):
     tolerance of a goal.
 
     Physics:
-        Rolling without slipping, $v = omega x radius e_z$, makes the horizontal angular velocity
-        $omega = (-VY, VX, 0) / radius$ in world axes. A step holds the velocity, and is the exact
-        rotation by $|v| dt / radius$ about the axis $e_z x v$. An action of length 1 rolls a ball
-        of any radius by `roll_per_step`.
+        The ball rolls as in `BallPark`.
 
         Rolling is invariant under translation and under the choice of body axes. So the motion from
         pose to goal depends on their difference only: the displacement, and the rotation from one

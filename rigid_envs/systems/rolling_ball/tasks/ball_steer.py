@@ -223,10 +223,7 @@ class BallSteer(RollsAsTold):
     of the path allows it to be reduced.
 
     Physics:
-        Rolling without slipping, $v = omega x radius e_z$, makes the horizontal angular velocity
-        $omega = (-VY, VX, 0) / radius$ in world axes. A step holds the velocity, and is the exact
-        rotation by $|v| dt / radius$ about the axis $e_z x v$. An action of length 1 rolls a ball
-        of any radius by `roll_per_step`.
+        The ball rolls as in `BallPark`.
 
         The paths are Euler's elasticae, $heading'' = -w^2 sin(heading - axis)$ in arc length, with
         the `wavenumber` $w$ per radius; the shortest paths of a rolling ball between poses are
