@@ -194,11 +194,12 @@ def _pictures(shot: Shot, played: Sequence[Played]) -> list[Image]:
     shown = episode_pictures(episodes, look, fps=_FPS, speed=speed, hold=0.0)
     times = "" if speed == 1.0 else f"{speed:g} x "
     pace = f"{'slow motion, ' if speed < 1.0 else ''}{times}real time"
+    what = summary_of(type(task)).removesuffix(".").replace("`", "")
     found = []
     for k, picture in enumerate(islice(shown, math.ceil(duration / speed * _FPS) + 1)):
         page = np.pad(picture, ((_TITLE, 0), (0, 0), (0, 0)), constant_values=255)
         write(page, [f"{type(task).__name__}: {k * speed / _FPS:.1f} s ({pace})"], 15)
-        write(page[_TITLE // 2 :], [summary_of(type(task)).removesuffix(".")], 12)
+        write(page[_TITLE // 2 :], [what], 12)
         found.append(page)
     return [*found, *found[-1:] * round(_FPS)]
 
