@@ -20,6 +20,22 @@ for (const button of document.querySelectorAll("figure.moving button")) {
   });
 }
 
+// A formula wider than its text stands by itself, and scrolls; no line begins with a comma.
+addEventListener("load", async () => {
+  await window.MathJax?.startup?.promise;
+  for (const formula of document.querySelectorAll("mjx-container")) {
+    const text = formula.closest("p, li, dd, td");
+    const after = formula.parentElement.nextSibling;
+    const [comma] = after?.nodeValue?.match(/^[,.;:)]+/) ?? [];
+    if (text && formula.offsetWidth > text.clientWidth) formula.classList.add("wide");
+    else if (comma) {
+      after.deleteData(0, comma.length);
+      formula.parentElement.append(comma);
+      formula.parentElement.style.whiteSpace = "nowrap";
+    }
+  }
+});
+
 // The filters of the environments: a card is seen where it is of all that is chosen.
 const filters = document.querySelector("form.filters");
 if (filters) {

@@ -4,6 +4,8 @@ import itertools
 import math
 
 import numpy as np
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
 
 from tests.from_pages.attitudes import (
     angle,
@@ -244,7 +246,8 @@ class BallGrid(RolledBall):
         return np.array([float(side)])
 
 
-EIGHT = 0.9089085575485415  # modulus of the closed elastica
+EIGHT = brentq(lambda k: ellipk(k**2) - 2.0 * ellipe(k**2), 0.5, 0.99, xtol=1e-15)
+"""Modulus of the closed elastica."""
 SHARES = {"eight": 1.0, "both": 0.5, "elastica": 0.0}
 
 

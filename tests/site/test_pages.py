@@ -64,3 +64,19 @@ def test_all_environments_are_seen_and_filters_leave_those_asked_for(browser, si
         assert names.all_inner_texts() == ["BallParkGoal"]
         assert page.locator("#top").is_hidden()  # a family of which no card is left
     page.close()
+
+
+def test_formulas_are_mathematics_and_on_a_phone_wide_ones_scroll(browser, site):
+    page = test_page.Watched(browser, 390, 844).page
+    page.goto((site / "environments/BallPlate.html").as_uri())
+    page.wait_for_selector("mjx-container.wide")
+    assert page.locator("mjx-merror").count() == 0
+    assert "$" not in page.locator("article").inner_text()
+    ends = page.evaluate(
+        """() => [document.documentElement.scrollWidth,
+            ...[...document.querySelectorAll("mjx-container")].map(
+                (formula) => formula.getBoundingClientRect().right)]"""
+    )
+    assert len(ends) > 40
+    assert max(ends) <= 390
+    page.close()

@@ -37,7 +37,7 @@ def _push(envs: RigidVectorEnv) -> Array:
 
 
 PUSHED_BALL_TIME = TheoreticalLimit(
-    "bound", "2 sqrt(length (1 + beta) m / F), less the tolerances", _push
+    "bound", "$2 sqrt(length (1 + beta) m / F)$, less the tolerances", _push
 )
 
 

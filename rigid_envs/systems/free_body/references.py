@@ -72,9 +72,9 @@ def _riccati(envs: RigidVectorEnv) -> Array:
 
 
 DETUMBLE_LOSS = TheoreticalLimit("exact", "the root of the scalar Riccati equation", _riccati)
-DETUMBLE_TIME = TheoreticalLimit("exact", "|L| over the largest impulse, rounded up", _impulses)
+DETUMBLE_TIME = TheoreticalLimit("exact", "$|L|$ over the largest impulse, rounded up", _impulses)
 REORIENT_TIME = TheoreticalLimit(
-    "bound", "2 sqrt(angle / a), a the largest angular acceleration, less tolerances", _turn
+    "bound", "$2 sqrt(angle / a)$, $a$ the largest angular acceleration, less tolerances", _turn
 )
 
 

@@ -21,7 +21,7 @@ def _pump(envs: RigidVectorEnv) -> Array:
     return np.asarray(task.lower_bound(envs.y))
 
 
-ROLL_PUMP_TIME = TheoreticalLimit("bound", "(n - 1/2) half swings, n the least passes", _pump)
+ROLL_PUMP_TIME = TheoreticalLimit("bound", "$n - 1/2$ half swings, $n$ the least passes", _pump)
 
 
 # Controllers for the tasks of a coin, a disk and a roller, for the middle of drawn ranges.

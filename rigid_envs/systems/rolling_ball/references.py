@@ -57,7 +57,7 @@ def _moved(envs: RigidVectorEnv) -> Array:
     return np.asarray(envs.task.dt * _moves(envs))
 
 
-BALL_PATH = TheoreticalLimit("bound", "max(distance, radius angle), less the tolerances", _roll)
+BALL_PATH = TheoreticalLimit("bound", "$max(distance, radius angle)$, less the tolerances", _roll)
 BALL_STEER_ERROR = TheoreticalLimit("bound", "no error; feasible from no offset only", _zero)
 GRID_PATH = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", _rolled)
 GRID_TIME = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", _moved)

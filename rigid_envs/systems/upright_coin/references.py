@@ -27,7 +27,7 @@ def _coin(envs: RigidVectorEnv) -> Array:
     return np.asarray(np.maximum(np.maximum(distance, roll), 0.0))
 
 
-COIN_PATH = TheoreticalLimit("bound", "max(distance, radius |phase|), less tolerances", _coin)
+COIN_PATH = TheoreticalLimit("bound", "$max(distance, radius |psi|)$, less tolerances", _coin)
 
 
 # Controllers for the tasks of a coin, a disk and a roller, for the middle of drawn ranges.

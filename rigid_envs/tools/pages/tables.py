@@ -437,7 +437,7 @@ def _bound(env_id: str, found: Best) -> list[str]:
     if limit is None or first["bound_mean"] is None:
         return []
     bound, best = first["bound_mean"], first["best_mean"]
-    gap = f", a gap of {100.0 * (best / bound - 1.0):.1f} %" if bound > 0.0 else ""
+    gap = f", a gap of {max(100.0 * (best / bound - 1.0), 0.0):.1f} %" if bound > 0.0 else ""
     name = "The optimum" if limit.kind == "exact" else "A lower bound"
     return [
         f"{name} of `{found.cost}`, {limit.text}: {bound:.4g} where `{next(iter(found.policies))}` "

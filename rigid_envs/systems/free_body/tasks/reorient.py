@@ -125,10 +125,10 @@ TURNING = Reduction(
     frame_of=frame_of,
     turn=turn,
     formulas="""
-    $theta$ is the rotation vector of $q^-1 q_goal$, at most $pi$ long; $spare_k = theta_k - I_k
-    omega_k |omega_k| / (2 torque)$; gyro is $(I omega) x omega$; in the entries $omega$ is limited
-    to $+-20$. The signs $S_k$ of $k = 1, 2$ are -1 where $spare_k < 0$, else 1, and $S3 = S1 S2$;
-    with them the vectors are multiplied. The last entries are $|theta|$, $|theta| / (|theta| +
+    $theta$ is the rotation vector of $q^-1 q_goal$, at most $pi$ long; `spare` is $b_k = theta_k -
+    I_k omega_k |omega_k| / (2 torque)$; gyro is $(I omega) x omega$; in the entries $omega$ is
+    limited to $+-20$. The signs $S_k$ of $k = 1, 2$ are -1 where $b_k < 0$, else 1, and $S3 = S1
+    S2$; with them the vectors are multiplied. The last entries are $|theta|$, $|theta| / (|theta| +
     min(angle_tolerance, pi))$ and $|omega| / (|omega| + rate_tolerance)$. The action $a$ acts as
     $(S1 a1, S2 a2, S3 a3)$.
     """,

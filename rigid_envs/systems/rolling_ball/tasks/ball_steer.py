@@ -245,10 +245,10 @@ class BallSteer(RollsAsTold):
     Starting State:
         The reference is at the origin, upright, at the largest curvature of its path, with uniform
         heading $h$ and either sense of curvature: $F$ along $h$, and $kappa = +-2 k wavenumber /
-        radius$ with the modulus $k$. `path` is "eight", $k = 0.9089085575485415$, "elastica", $k$
-        uniform, or "both", each in half of the episodes. The offset of the ball from it is uniform
-        in a disk of `start_offset` radii, its relative rotation vector uniform in a ball of
-        `start_angle`.
+        radius$ with the modulus $k$. `path` is "eight", $k = 0.9089$ where the elliptic integrals
+        are $K(k) = 2 E(k)$, "elastica", $k$ uniform, or "both", each in half of the episodes. The
+        offset of the ball from it is uniform in a disk of `start_offset` radii, its relative
+        rotation vector uniform in a ball of `start_angle`.
 
     Episode End:
         The episode ends only at its time limit. Success (`info["is_success"]`): the mean pose error
