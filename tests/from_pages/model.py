@@ -297,7 +297,8 @@ def arguments_of(file):
         section = page.split("# Arguments\n")[1].split("\n#")[0]
         found = re.findall(r"^\| `(\w+)` \| (.+?) \|", section, re.MULTILINE)
         weights = re.findall(r"^\| `(weight_\w+)` \| (\S+) \|", page, re.MULTILINE)
-        for name, value in [*found, *weights]:
+        others = re.findall(r"`(\w+)` = (\S+?)[,.]\s", section)
+        for name, value in [*found, *others, *weights]:
             exact = value.partition(" = ")[0]  # "pi/8 = 0.3927"
             values[name] = value if value in _WORDS else eval(exact, {"pi": math.pi})
     return values

@@ -234,6 +234,7 @@ _GRIP = {
     "needed_friction": "least coefficient of friction without slip; infinite without contact",
     "slips": "needed_friction is larger than mu",
 }
+_STEPS = ("dt", "n_substeps")
 _COLUMNS = ("Argument", "Default", "Unit", "Allowed", "Meaning")
 
 SIDES = str.maketrans("=", "<")
@@ -276,9 +277,9 @@ def term_table(task: Task) -> Table:
 def argument_table(task: Task, given: Mapping[str, Any]) -> Table:
     """Arguments of this task, without weights and those that all tasks share with their default.
 
-    Given values are in the column Here.
+    The steps in time are always there. Given values are in the column Here.
     """
-    shared = {field.name: field.default for field in shared_arguments()}
+    shared = {field.name: field.default for field in fields(Task) if field.name not in _STEPS}
     rows = []
     for field in _ordered(task):
         if field.name not in given and (
@@ -325,14 +326,9 @@ def _bounds(entry: Entry) -> tuple[str, str]:
     return f"{entry.low:.6g}", f"{entry.high:.6g}"
 
 
-def shared_arguments() -> list[Field[Any]]:
-    """Those that all tasks have, but for the steps in time, which each page gives."""
-    return [field for field in fields(Task) if field.name not in ("dt", "n_substeps")]
-
-
 def shared_table() -> Table:
     """Arguments that all tasks share."""
-    return Table(_COLUMNS, list(map(_argument, shared_arguments())), "=><=<")
+    return Table(_COLUMNS, list(map(_argument, fields(Task))), "=><=<")
 
 
 def _argument(field: Field[Any]) -> tuple[str, ...]:

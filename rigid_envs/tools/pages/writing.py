@@ -31,7 +31,14 @@ from rigid_envs.tools.pages.document import (
     system_section,
 )
 from rigid_envs.tools.pages.formulas import with_latex
-from rigid_envs.tools.pages.tables import SIDES, Table, size_of, summary_of, time_limit
+from rigid_envs.tools.pages.tables import (
+    SIDES,
+    Table,
+    shared_table,
+    size_of,
+    summary_of,
+    time_limit,
+)
 
 # Sections as Markdown, in the dialect of GitHub.
 
@@ -355,7 +362,7 @@ def _content(env_id: str, task: Task) -> list[str]:
     parent = next((classes[kind] for kind in type(task).__mro__[1:] if kind in classes), None)
     sections = document(env_id, task, {})
     if parent is None:
-        return [markdown(sections)]
+        return [markdown([_shortened(each, ()) for each in sections])]
     known = {each.title: each.body for each in document(parent, task_of(parent), {})}
     same = [each.title for each in sections if each.body == known[each.title]]
     lead = (
@@ -363,17 +370,27 @@ def _content(env_id: str, task: Task) -> list[str]:
         "here."
     )
     own = [each for each in sections if each.title not in same]
-    return [lead, markdown([_without(each, known[each.title]) for each in own])]
+    table, *_ = known["Arguments"]
+    assert isinstance(table, Table)
+    return [lead, markdown([_shortened(each, table.rows) for each in own])]
 
 
-def _without(section: Section, known: Sequence[Any]) -> Section:
-    """Arguments without the rows that a table knows; any other section as it is."""
+def _shortened(section: Section, known: Sequence[Sequence[str]]) -> Section:
+    """Arguments without rows that are known; those that all tasks have by their default alone."""
     if section.title != "Arguments":
         return section
     body: Sequence[Any] = section.body
     table, *others = body
-    rows = [row for row in table.rows if row not in known[0].rows]
-    return section._replace(body=[table._replace(rows=rows), *others])
+    rows = [row for row in table.rows if row not in known]
+    alike = {(row[0], *row[2:]) for row in shared_table().rows}
+    own = [row for row in rows if (row[0], *row[2:]) not in alike]
+    defaults = ", ".join(f"`{row[0]}` = {row[1]}" for row in rows if row not in own)
+    lines = (
+        [f"Of [the arguments that all have]({_place('Arguments')}): {defaults}."]
+        if defaults
+        else []
+    )
+    return section._replace(body=[table._replace(rows=own), *lines, *others])
 
 
 def _place(heading: str) -> str:
