@@ -14,7 +14,7 @@ _GREEK = (
 _FUNCTIONS = ("arcsin", "arctan", "cos", "cosh", "exp", "log", "max", "min", "sin", "sqrt", "tan")
 _LATEX = {
     **{name: rf"\{name}" for name in (*_GREEK, *_FUNCTIONS, "ell", "tanh")},
-    **{name: rf"\operatorname{{{name}}}" for name in ("diag", "sign", "SO", "tr", "vec")},
+    **{name: rf"\operatorname{{{name}}}" for name in ("atan2", "diag", "sign", "SO", "tr", "vec")},
     "cbrt": r"\sqrt[3]",
     "dt": r"\text{dt}",  # the control period, no differential
     "eps": r"\varepsilon",
