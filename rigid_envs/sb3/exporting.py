@@ -178,8 +178,8 @@ def _actor_critic(model: Any) -> tuple[Sequence[nn.Module], str, Arrays]:
     arrays, _ = _layers(values, "value")
     if isinstance(model.action_space, spaces.Discrete):
         return modules, "categorical", arrays
-    arrays |= {"log_std": _numbers(model.policy.log_std), **_bounds(model.action_space)}
-    return modules, "gaussian", arrays
+    box = _bounds(model.action_space)
+    return modules, "gaussian", arrays | {"log_std": _numbers(model.policy.log_std), **box}
 
 
 def _squashed(model: Any) -> tuple[Sequence[nn.Module], str, Arrays]:
