@@ -14,6 +14,7 @@ from rigid_envs.sb3 import export, load_model, make_vec_env, to_onnx, to_torch
 from rigid_envs.sb3.exporting import AttitudeExtractor, attitudes
 from rigid_envs.scores.evaluation import published_record
 from rigid_envs.scores.trained import published
+from rigid_envs.testing.environments import in_full
 
 GOAL, GRID, BODY = "BallParkGoal", "BallGrid", "Detumble"
 N_ROWS, N_STEPS = 32, 40
@@ -38,10 +39,10 @@ def flat(policy, observation):
     return np.concatenate([observation[name] for name, _ in parts], axis=-1)
 
 
-@pytest.mark.parametrize("name", published())
-def test_a_model_and_a_module_of_a_published_policy_act_as_it_does(name):
-    policy = rigid_envs.load(name)
-    model, module = load_model(name), to_torch(policy)
+@in_full(f"RigidEnvs/{name}" for name in published())
+def test_a_model_and_a_module_of_a_published_policy_act_as_it_does(env_id):
+    policy = rigid_envs.load(env_id)
+    model, module = load_model(env_id), to_torch(policy)
     assert model.observation_space.shape == (policy.n_obs,)
     for obs in met(policy):
         expected, seen = policy.predict(obs)[0], flat(policy, obs)

@@ -58,6 +58,8 @@ def test_it_is_on_the_site_without_outputs_and_says_where_it_runs(name):
     assert "JupyterLite cannot run it" in first and "no wheel for Pyodide" in first
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize("name", NAMES)
 def test_both_ends_of_each_slider_draw_another_picture(name, monkeypatch):
     """As ipywidgets would draw them; without it one is drawn between, which is tested below."""
@@ -99,6 +101,8 @@ def largest(draw, share, capsys):
     return float(re.search(r"largest \w+ ([\d.]+) degrees", capsys.readouterr().out)[1])
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_thresholds_of_the_notebooks_part_what_stays_from_what_falls(monkeypatch, capsys):
     push = run("tops", monkeypatch)["push"]
     assert largest(push, 1.05, capsys) < 3.0 < 20.0 < largest(push, 0.95, capsys)
@@ -106,6 +110,8 @@ def test_thresholds_of_the_notebooks_part_what_stays_from_what_falls(monkeypatch
     assert largest(roll, 1.1, capsys) < 6.0 < 10.0 < largest(roll, 0.9, capsys)
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_lecture_has_fifteen_lines_and_shows_what_it_says(tmp_path, monkeypatch):
     text = (DOCS / "physics.md").read_text()
     lecture = re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
