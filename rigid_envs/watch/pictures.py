@@ -18,6 +18,7 @@ _Mask = npt.NDArray[np.float32]
 
 _INK = np.array([38.0, 44.0, 54.0], dtype=np.float32)
 _LEAST = 6  # pixels; smaller letters cannot be read
+_FINE = 4  # parts of a pixel at which letters are placed
 
 
 def write(picture: Image, text: Sequence[str], size: int | None = None) -> None:
@@ -80,21 +81,31 @@ def _mask(line: str, size: int) -> _Mask:
     mask = np.zeros((_height(size), int(_length(line, size)) + size, 1), dtype=np.float32)
     at = 0.0
     for character in line:
-        letter, advance = _letter(character, size)
-        part = mask[:, round(at) : round(at) + letter.shape[1]]
+        left = int(at)
+        letter, advance = _letter(character, size, int(_FINE * (at - left)))
+        part = mask[:, left : left + letter.shape[1]]
         np.maximum(part, letter[:, : part.shape[1]], out=part)
         at += advance
     return mask
 
 
-@functools.lru_cache(maxsize=1024)
-def _letter(letter: str, size: int) -> tuple[_Mask, float]:
-    """Coverage of each pixel by a letter, shape (height, width, 1), and what it takes of a line."""
+@functools.lru_cache(maxsize=4096)
+def _letter(letter: str, size: int, shift: int = 0) -> tuple[_Mask, float]:
+    """Coverage of each pixel by a letter, shape (height, width, 1), and what it takes of a line.
+
+    Drawn finer and averaged: FreeType fits small letters to pixels, and their gaps are uneven then.
+
+    Args:
+        letter: the letter.
+        size: its height in pixels.
+        shift: how far it is moved to the right, in parts of a pixel.
+    """
     pictures, _, pens = pillow()
-    advance = font(size).getlength(letter)
-    picture = pictures.new("L", (int(advance) + 2, _height(size)))
-    pens.Draw(picture).text((0, 0), letter, fill=255, font=font(size))
-    return np.asarray(picture, dtype=np.float32)[..., None] / 255.0, advance
+    fine = font(_FINE * size)
+    advance = fine.getlength(letter) / _FINE
+    picture = pictures.new("L", (_FINE * (int(advance) + 3), _FINE * _height(size)))
+    pens.Draw(picture).text((shift, 0), letter, fill=255, font=fine)
+    return np.asarray(picture.reduce(_FINE), dtype=np.float32)[..., None] / 255.0, advance
 
 
 # Pictures side by side, and in a window.

@@ -13,7 +13,7 @@ from rigid_envs.watch import meshes
 from rigid_envs.watch.drawing import Drawing, Look
 from rigid_envs.watch.meshes import ball as ball_of_one_colour
 from rigid_envs.watch.meshes import octants
-from rigid_envs.watch.pictures import tiled
+from rigid_envs.watch.pictures import tiled, write
 from rigid_envs.watch.views import Arrow, Camera, Floor, Part, Pose, Scene, SceneFrame, Trace
 from tests.from_pages.attitudes import matrix
 from tests.systems.measures import random_attitude
@@ -334,6 +334,15 @@ def test_edges_are_smooth():
     steps = np.abs(np.diff(image[i - 30 : i + 30], axis=1)).max(axis=-1)
     counts = (steps > 15).sum(axis=1)
     assert counts.mean() > 3.0  # of 4: nearly all edges have a pixel between ball and background
+
+
+def test_small_letters_have_the_proportions_of_large_ones():
+    ends = {}
+    for size in (9, 90):
+        picture = np.full((2 * size, 60 * size, 3), 255, dtype=np.uint8)
+        write(picture, ["Keep a disk rolling below its stable speed"], size)
+        ends[size] = np.flatnonzero(picture.min(axis=(0, 2)) < 128)[-1]
+    assert abs(10 * ends[9] - ends[90]) < 20  # two pixels of the small letters
 
 
 def test_up_to_three_pictures_are_put_side_by_side_and_more_in_lines():
