@@ -169,6 +169,8 @@ def test_markers_are_whole_and_lines_differ_in_style_and_colour(found):
     assert means.get_yticklabels()[1].get_text().startswith("100 %_done\n1.000 [")
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_page_prints_what_it_says(tmp_path, monkeypatch, capsys):
     text = (DOCS / "scoring.md").read_text(encoding="utf-8")
     parts = r"```python\n([^`]+compare[^`]+)```\n\n```text\n([^`]+)```"
