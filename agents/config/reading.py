@@ -200,6 +200,9 @@ def env_keywords(rest: Sequence[str]) -> dict[str, Any]:
     keywords: dict[str, Any] = {}
     words = iter(rest)
     for word in words:
+        if not word.startswith("--"):
+            expected = f"options alone: to train in an environment, --env_id {word}"
+            raise ConfigError(f"argument = {word!r}; expected {expected}")
         option, equals, value = word.partition("=")
         key = option.removeprefix("--")
         if not key.startswith("env_kwargs."):

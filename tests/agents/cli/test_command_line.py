@@ -161,6 +161,7 @@ def test_an_environment_is_trained_with_its_own_recipe(words, entries, capsys):
         ("train --gamma 7", 2, r"config\.gamma: gamma = 7; expected a number in \[0, 1\]"),
         ("train --env_id os:system", 2, r"config\.env_id: "),
         ("train --env_id BallPrk", 2, r"did you mean 'RigidEnvs/BallPark-v0'\?$"),
+        ("train BallPark", 2, r"argument = .BallPark.; expected options .* --env_id BallPark$"),
         ("trian", 2, r"VERB = 'trian'; expected one of train, .*: did you mean 'train'\?"),
         ("train --sead 1", 2, r"config\.sead: unknown key; did you mean 'seed'\?"),
         ("train --resum x", 2, r": did you mean --resume\?$"),
