@@ -31,6 +31,7 @@ IDS = list(ENVIRONMENTS)
 TITLES = ["Description", "Action Space", "Observation Space", "Reduced Frame", "Rewards",
           "Starting State", "Episode End", "Arguments", "Info", "Physics", "Reference score",
           "Version History", "References"]  # fmt: skip
+MATRIX = "`, `".join(f"R{i}{j}" for i in "123" for j in "123")
 
 each_id = pytest.mark.parametrize("env_id", IDS)
 each_file = pytest.mark.parametrize("name", [INDEX, *map(file_of, IDS)])
@@ -80,7 +81,7 @@ def entries_of(rows, name):
     found = []
     for row in rows:
         first, last = re.fullmatch(r"(\d+)(?: \.\. (\d+))?", row["Num"]).groups()
-        names = row[name].split("`, `")
+        names = row[name].replace("R11` .. `R33", MATRIX).split("`, `")
         assert [int(first), int(last or first)] == [len(found), len(found) + len(names) - 1]
         found += [row | {name: each} for each in names]
     return found
@@ -146,7 +147,7 @@ def test_table_of_actions_is_the_action_space(env_id):
     else:
         low, high = -1, 1
         assert (np.all(space.low == low), np.all(space.high == high)) == (True, True)
-        assert f"shape {space.shape} and type {space.dtype}" in text
+        assert text.startswith(f"\nShape {space.shape}: ") and space.dtype == np.float32
     for row, entry in zip(rows, env.unwrapped.task.actions(), strict=True):
         assert (row["Action"], row["Unit"]) == (entry.symbol, entry.unit)
         values = float(row[f"Value at {low}"]), float(row[f"Value at {high}"])
@@ -169,7 +170,7 @@ def test_table_of_observations_is_the_observation_space(env_id):
         rows = entries_of(table, "Observation")
         bounds = [(float(row["Min"]), float(row["Max"])) for row in rows]
         assert bounds == list(zip(map(rounded, part.low), map(rounded, part.high), strict=True))
-        assert f"shape {part.shape} and type {part.dtype}" in text
+        assert f"\nShape {part.shape}" in text and part.dtype == np.float32
         symbols = [row["Observation"] for row in rows]
         assert len(set(symbols)) == len(symbols)
 
@@ -191,7 +192,7 @@ def test_table_of_rewards_names_every_term_with_its_weight(env_id):
 def test_arguments_are_those_that_are_accepted_with_their_defaults(env_id):
     task = gymnasium.make(env_id).unwrapped.task
     given = arguments_of(file_of(env_id))
-    (rows,) = tables_of(sections_of(env_id)["Arguments"])
+    rows = [row for table in tables_of(sections_of(env_id)["Arguments"]) for row in table]
     assert len({row["Argument"] for row in rows}) == len(rows)
     assert all(row["Meaning"] and row["Allowed"] for row in rows)
     assert set(given) == {field.name for field in dataclasses.fields(task)}
@@ -199,6 +200,22 @@ def test_arguments_are_those_that_are_accepted_with_their_defaults(env_id):
     for name, value in dataclasses.asdict(task).items():
         told = getattr(made, name)
         assert told == value, name
+
+
+@each_id
+def test_arguments_of_the_body_without_a_row_are_described_with_its_system(env_id):
+    task = gymnasium.make(env_id).unwrapped.task
+    name, system_type = task.system_type.__name__, task.system_type
+    system = text_of(INDEX).partition(f"\n### System `{name}`\n")[2].partition("\n#")[0]
+    assert all(f"`{component}`" in system for component in system_type.components)
+    assert "by their defaults alone may be 1e-9 to 1e6, or such a pair" in text_of(INDEX)
+    page = text_of(file_of(env_id))
+    line = re.search(rf"^Of \[the body\]\({INDEX}#system-{name.lower()}\): .+\.$", page, re.M)
+    assert line or "\nThe same as in " in page
+    for argument in re.findall(r"`(\w+)` = ", line[0] if line else ""):
+        assert f"\n- `{argument}`: " in system
+        rule = type(task).__dataclass_fields__[argument].metadata["rule"]
+        assert (rule.low, rule.high, rule.drawn) == (1e-9, 1e6, True)
 
 
 @each_id
@@ -216,6 +233,9 @@ def test_info_and_time_limit_are_those_of_the_environment(env_id):
     rows = re.findall(r"^- `(\w+)` \((float|bool)\): (.+)\.$", sections["Info"], re.MULTILINE)
     task, shared = env.unwrapped.task, {"is_success", "action_clipped", "physics_error"}
     shared |= {f"reward/{term}" for term in task.terms}
+    grip = {"normal_force", "needed_friction", "slips"}
+    assert grip & {*info_keys(task)} == (grip if hasattr(task, "mu") else set())
+    shared |= grip
     assert [key for key, _, _ in rows] == [key for key in info_keys(task) if key not in shared]
     common = text_of(INDEX).partition("\n### Info\n")[2].partition("\n#")[0]
     assert all(f"`{re.sub('/.*', '/TERM', key)}`" in common for key in shared)
@@ -239,7 +259,7 @@ def test_markdown_is_well_formed_and_its_links_lead_somewhere(name):
         file, _, anchor = target.partition("#")
         assert (FOLDER / file).is_file()
         if anchor:
-            headings = re.findall(r"^#+ (.+)", text_of(file), re.MULTILINE)
+            headings = re.findall(r"^#+ (.+)", text_of(file).replace("`", ""), re.MULTILINE)
             assert anchor in {title.lower().replace(" ", "-") for title in headings}
 
 
@@ -314,14 +334,18 @@ def test_tables_of_a_page_are_those_of_registry_and_data(page):
 def test_reference_scores_are_the_data(env_id):
     text, found = sections_of(env_id)["Reference score"], best_known(env_id)
     (rows,) = tables_of(text)
-    assert [row["Policy"] for row in rows] == list(found.policies)
     assert list(found.policies) == [*ENVIRONMENTS[env_id].controllers, "zero", "random"]
-    for row, told in zip(rows, found.policies.values(), strict=True):
+    some = {name: told for name, told in found.policies.items() if told["successes"]}
+    assert [row["Policy"] for row in rows] == list(some)
+    for name, told in found.policies.items():
+        none = f"`{name}`, return {told['return_mean']:.4g}"
+        assert (none in text.partition("\nNo success (0.0 .. 0.8 %): ")[2]) == (name not in some)
+    for row, told in zip(rows, some.values(), strict=True):
         success, efficiency = row["success (95 %)"].split()[0], row["efficiency (95 %)"].split()[0]
         assert float(success) == pytest.approx(100.0 * told["success_rate"], abs=0.05)
         assert float(efficiency) == pytest.approx(told["efficiency"], abs=5e-4)
         (cost,) = [cell for name, cell in row.items() if name.split()[0] == found.cost]
-        assert cost == ("-" if told["cost_mean"] is None else f"{told['cost_mean']:.4g}")
+        assert cost == f"{told['cost_mean']:.4g}"
     assert f"`{next(iter(found.shares))}` (" in text
 
 

@@ -291,17 +291,25 @@ def pages_of(file):
 
 
 def arguments_of(file):
-    """Defaults by argument, the weights of rewards among them."""
+    """Defaults by argument, first those of the body in order, the weights of rewards among them."""
     values = {}
     for page in pages_of(file):
         section = page.split("# Arguments\n")[1].split("\n#")[0]
         found = re.findall(r"^\| `(\w+)` \| (.+?) \|", section, re.MULTILINE)
         weights = re.findall(r"^\| `(weight_\w+)` \| (\S+) \|", page, re.MULTILINE)
-        others = re.findall(r"`(\w+)` = (\S+?)[,.]\s", section)
-        for name, value in [*found, *others, *weights]:
+        short = re.findall(r"`(\w+)` = (\(.+?\)|[^\s,]+?)(?: = [\d.]+?)?[,.]\s", section)
+        for name, value in [*found, *short, *weights]:
             exact = value.partition(" = ")[0]  # "pi/8 = 0.3927"
             values[name] = value if value in _WORDS else eval(exact, {"pi": math.pi})
-    return values
+    return {**{name: values[name] for name in attributes_of(file) if name in values}, **values}
+
+
+def attributes_of(file):
+    """Names of the parameters of the system that a page names, in order."""
+    index, *pages = pages_of(file)
+    found = re.search(r"^Equations of motion: \[(`\w+`)\]", "\n".join(pages), re.MULTILINE)
+    section = index.partition(f"\n### System {found[1]}\n")[2].partition("\n#")[0]
+    return re.findall(r"^- `(\w+)`: ", section, re.MULTILINE)
 
 
 class Page(Turning):

@@ -5,7 +5,7 @@ import math
 import pprint
 import re
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ from gymnasium import spaces
 from rigid_envs.envs.lookup import checked_id, task_of
 from rigid_envs.envs.spaces import action_space
 from rigid_envs.mechanics.system import System
-from rigid_envs.scores.starts import METRICS
+from rigid_envs.scores.starts import FLOOR, METRICS
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.tools.pages import tables
@@ -55,16 +55,16 @@ def document(env_id: str, task: Task, given: Mapping[str, Any]) -> list[Section]
     """
     docstring = tables.docstring_of(type(task))
     sections = docstring.sections
-    return [
+    found = [
         Section("Description", docstring.description),
         Section("Action Space", _action(task)),
         _observation(task),
-        *_reduced_frame(task),
+        Section("Reduced Frame", _reduced_frame(task)),
         Section("Rewards", [*sections["Rewards"], tables.term_table(task)]),
-        Section("Starting State", [*sections["Starting State"], _options(task)]),
+        Section("Starting State", [*sections["Starting State"], *_kept(task)]),
         _episode_end(env_id, task, docstring),
         _arguments(env_id, task, given),
-        Section("Info", tables.info_keys(task)),
+        Section("Info", [f"- `cost` (float): {task.cost_unit}, of this step."]),
         _physics(env_id, task, docstring),
         Section(
             "Reference score", [*sections["Reference"], *tables.reference_section(env_id, task)]
@@ -72,6 +72,7 @@ def document(env_id: str, task: Task, given: Mapping[str, Any]) -> list[Section]
         Section("Version History", sections["Version History"]),
         Section("References", sections["Source"]),
     ]
+    return [section for section in found if section.body or section.parts]
 
 
 def short(method: Any) -> str:
@@ -91,53 +92,51 @@ def _action(task: Task) -> list[str | tables.Table | Code]:
     if isinstance(action_space(task), spaces.Discrete):
         lead = f"An integer, one of {task.n_choices} choices: {what}."
         return [lead, table]
-    return [f"{_array(len(table.rows))}: {what}.", table]
+    return [f"{_shape(table)}: {what}.", table]
 
 
-def _array(n: int) -> str:
-    return f"An array of shape ({n},) and type float32"
+def _shape(table: tables.Table) -> str:
+    return f"Shape ({len(table.rows)},)"
 
 
 def _observation(task: Task) -> Section:
     title, what, n = "Observation Space", observed(task), task.n_goal
     table = tables.entry_table(task.observations()[2 * n :])
     if not n:
-        return Section(title, [f"{_array(len(table.rows))}: {what}.", table])
+        return Section(title, [f"{_shape(table)}: {what}.", table])
     goal = tables.entry_table(task.observations()[:n])  # the achieved one; the desired one is alike
     lead = (
-        f"A dictionary of arrays of type float32: {what}. "
+        f"A dictionary of arrays: {what}. "
         "`env.unwrapped.compute_reward(achieved_goal, desired_goal, info)` computes rewards anew, "
         "for any number of pairs."
     )
     parts = [
-        Section("`observation`", [f"{_array(len(table.rows))}.", table]),
-        Section("`achieved_goal` and `desired_goal`", [f"{_array(len(goal.rows))} each.", goal]),
+        Section("`observation`", [f"{_shape(table)}.", table]),
+        Section("`achieved_goal` and `desired_goal`", [f"{_shape(goal)} each.", goal]),
     ]
     return Section(title, [lead], parts)
 
 
-def _reduced_frame(task: Task) -> list[Section]:
+def _reduced_frame(task: Task) -> list[str | tables.Table | Code]:
     """The symmetries of the task and its observation in the reduced frame; none undeclared."""
     reduction = task.reduction
     if reduction is None:
         return []
     names = "; ".join(symmetry.name for symmetry in reduction.symmetries)
-    goals = " The goals are as above." if task.n_goal else ""
-    lead = (
-        f"{_array(len(reduction.features))}.{goals} Group ${reduction.group}$: {names}. "
-        f"Frame: {reduction.frame}"
-    )
-    formulas = tables.blocks(inspect.cleandoc(reduction.formulas)) if reduction.formulas else []
     table = tables.entry_table(reduction.features)
-    return [Section("Reduced Frame", [lead, table, *formulas])]
+    goals = " The goals are as above." if task.n_goal else ""
+    lead = f"{_shape(table)}.{goals} Frame: {reduction.frame}"
+    formulas = tables.blocks(inspect.cleandoc(reduction.formulas)) if reduction.formulas else []
+    return [lead, table, *formulas, f"Group ${reduction.group}$: {names}."]
 
 
-def _options(task: Task) -> str:
-    names = ", ".join(f"`{name}`" for name in task.system_type.components)
-    parameters = ", ".join(f"`{name}`" for name in task.physical_parameters())
-    aux = ", ".join(f"`{name}`" for name in task.aux_names)
-    beside = f" The task keeps {aux}." if aux else ""
-    return f"Components of the state: {names}; parameters: {parameters}.{beside}"
+def _kept(task: Task) -> list[str]:
+    """Names of what the task keeps beside the state; empty where it keeps nothing."""
+    return [f"The task keeps {_listed(task.aux_names)}."] if task.aux_names else []
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(f"`{name}`" for name in names)
 
 
 def _episode_end(env_id: str, task: Task, docstring: tables.TaskDocstring) -> Section:
@@ -157,20 +156,22 @@ def _arguments(env_id: str, task: Task, given: Mapping[str, Any]) -> Section:
 
 
 def _physics(env_id: str, task: Task, docstring: tables.TaskDocstring) -> Section:
-    body = [*docstring.sections["Physics"], *_integrator_step(env_id, task)]
-    return Section("Physics", body)
+    lead = f"Equations of motion: `{task.system_type.__name__}`."
+    return Section("Physics", [lead, *docstring.sections["Physics"], *_rates(env_id, task)])
 
 
 def system_section(system: type[System]) -> Section:
-    """A physical system: its equations, state and input."""
-    return Section(f"System `{system.__name__}`", tables.text_of(system))
+    """A physical system: its equations, state and input, its parameters."""
+    names = f"Components of the state by name: {_listed(system.components)}."
+    return Section(f"System `{system.__name__}`", [*tables.text_of(system), names])
 
 
 def common() -> list[Section]:
     """What all environments share: a step, starts and ends, arguments, `info`, scores."""
     _, *found = re.split(r"^### (.+)\n\n", _COMMON.read_text(encoding="utf-8"), flags=re.MULTILINE)
     metrics = [f"- `{name}`: {metric.text}." for name, metric in METRICS.items()]
-    more: dict[str, list[Any]] = {"Arguments": [tables.shared_table()], "Scores": metrics}
+    least = f"A cost counts as at least {FLOOR:g} of its unit, a time as at least `dt`."
+    more: dict[str, list[Any]] = {"Arguments": [tables.shared_table()], "Scores": [*metrics, least]}
     whole = [
         Section(title, [*text.strip().split("\n\n"), *more.get(title, [])])
         for title, text in zip(found[::2], found[1::2], strict=True)
@@ -178,16 +179,14 @@ def common() -> list[Section]:
     return [Section(SHARED, [], whole)]
 
 
-def _integrator_step(env_id: str, task: Task) -> list[str]:
-    """The step of the integrator in the stability envelope; empty where any step is stable."""
-    limit = ENVIRONMENTS[env_id].max_episode_steps * task.dt
-    step, rate = task.dt / task.n_substeps, task.largest_rate(limit)
-    envelope = task.largest_turn
-    if not math.isfinite(envelope):
+def _rates(env_id: str, task: Task) -> list[str]:
+    """Rates, and what the integrator accepts; empty where any step is stable."""
+    if not math.isfinite(task.largest_turn):
         return []
+    rate = task.largest_rate(ENVIRONMENTS[env_id].max_episode_steps * task.dt)
     return [
-        f"A step of the integrator is {step:.3g} s. Rates are at most {rate:.3g} rad/s within the "
-        f"time limit, {rate * step:.3g} rad per step; {envelope:.3g} rad are accepted."
+        f"Rates are at most {rate:.3g} rad/s within the time limit; {task.largest_turn:.3g} rad "
+        "per step of the integrator are accepted."
     ]
 
 

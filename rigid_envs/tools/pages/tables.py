@@ -14,10 +14,10 @@ from gymnasium import spaces
 
 from rigid_envs.base.settings import Choice, Flag, Integer, Number
 from rigid_envs.envs.lookup import task_of
-from rigid_envs.envs.spaces import action_space, info_flags, observation_space
+from rigid_envs.envs.spaces import action_space, observation_space
 from rigid_envs.scores.best import Best, best_known, limit_of
 from rigid_envs.scores.result import rates_of
-from rigid_envs.scores.starts import METRICS, Cost, cost_of
+from rigid_envs.scores.starts import METRICS, Cost
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Rolling, Task
@@ -181,9 +181,9 @@ def summary_of(kind: type[object]) -> str:
 
 
 def text_of(kind: type[object]) -> list[str]:
-    """Paragraphs of the docstring of any class, without its lists of attributes and errors."""
-    parts = blocks(inspect.cleandoc(kind.__doc__ or ""))
-    return [part for part in parts if not part.startswith(("Attributes: ", "Raises: "))]
+    """Paragraphs of the docstring of any class, its attributes as a list, without its errors."""
+    text = re.sub(r"\nRaises:\n(    .+\n)+", "", inspect.cleandoc(kind.__doc__ or ""))
+    return blocks(re.sub(r"^    (\w+): ", r"\n- `\1`: ", text, flags=re.MULTILINE))
 
 
 def blocks(text: str) -> list[str]:
@@ -229,11 +229,6 @@ def _refusal(kind: type[Task], what: str) -> DocstringError:
 
 # Tables of a task: entries, reward terms, arguments and info keys, read from its fields.
 
-_GRIP = {
-    "normal_force": "force of the ground along its normal [N]; the body would lift off below 0",
-    "needed_friction": "least coefficient of friction without slip; infinite without contact",
-    "slips": "needed_friction is larger than mu",
-}
 _STEPS = ("dt", "n_substeps")
 _COLUMNS = ("Argument", "Default", "Unit", "Allowed", "Meaning")
 
@@ -292,16 +287,6 @@ def argument_table(task: Task, given: Mapping[str, Any]) -> Table:
     first, *others = _COLUMNS
     columns = (first, *(["Here"] if given else []), *others)
     return Table(columns, rows, "=>><=<" if given else "=><=<")
-
-
-def info_keys(task: Task) -> list[str]:
-    """Keys of info that not all tasks have alike, as items of a list."""
-    flags = [key for key in info_flags(task) if key in _GRIP]
-    return [
-        f"- `cost` (float): {task.cost_unit}, of this step.",
-        *(f"- `{key}` (float): {_GRIP[key]}." for key in task.episode.ground.names),
-        *(f"- `{key}` (bool): {_GRIP[key]}." for key in flags),
-    ]
 
 
 def sample_arguments(task: Task) -> dict[str, Any]:
@@ -376,11 +361,6 @@ def _allowed(rule: Number | Integer | Choice | Flag) -> str:
 
 # Success, efficiency and cost of the untrained policies of an environment, from its data.
 
-_KNOWN = (
-    "The best known `{cost}` of the {n} starts is by {finders}; efficiency takes it as at least "
-    "{floor:g}{unit}."
-)
-
 
 def reference_section(env_id: str, task: Task) -> list[str | Table]:
     """Table of the untrained policies, and what its columns are; empty for an id without data.
@@ -395,21 +375,25 @@ def reference_section(env_id: str, task: Task) -> list[str | Table]:
     names = [name for name in ENVIRONMENTS[env_id].metrics if name != "success"]
     error = ENVIRONMENTS[env_id].error
     meaning = [] if error is None else [f"`error` is that of the {error.text}."]
-    known = _known(env_id, task, found)
-    return [_table(task, names, found), *meaning, known, *_bound(env_id, found)]
+    return [*_scores(task, names, found), *meaning, _known(found), *_bound(env_id, found)]
 
 
-def _table(task: Task, names: list[str], found: Best) -> Table:
-    """One row for each policy."""
+def _scores(task: Task, names: list[str], found: Best) -> list[str | Table]:
+    """One row for each policy that succeeds, and the returns of those that never do."""
     rows = []
+    failed: dict[str, list[str]] = {}  # by their interval
     for policy, summary in found.policies.items():
         success, interval, efficiency, other = rates_of(summary)
+        if not summary["successes"]:
+            line = f"`{policy}`, return {short_figure(summary['return_mean'])}"
+            failed.setdefault(interval, []).append(line)
+            continue
         rates = f"{success.removesuffix(' %')} ({interval})", f"{efficiency} ({other})"
-        metrics = (short_figure(summary["metrics"][name]) for name in names)
-        rows.append((policy, *rates, *metrics))
+        rows.append((policy, *rates, *(short_figure(summary["metrics"][name]) for name in names)))
     titles = (Cost(name, METRICS[name].unit(task), 0.0).title for name in names)
     header = ("Policy", "success (95 %)", "efficiency (95 %)", *titles)
-    return Table(header, rows, "=" + ">" * (len(header) - 1))
+    lines = [f"No success ({rate} %): {'; '.join(each)}." for rate, each in failed.items()]
+    return [Table(header, rows, "=" + ">" * (len(header) - 1)), *lines]
 
 
 def short_figure(value: float | None) -> str:
@@ -417,12 +401,9 @@ def short_figure(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
 
 
-def _known(env_id: str, task: Task, found: Best) -> str:
-    cost = cost_of(env_id, task)
+def _known(found: Best) -> str:
     finders = ", ".join(f"`{name}` ({count})" for name, count in found.shares.items()) or "nobody"
-    unit = f" {cost.unit}".rstrip()
-    n = len(found.costs)
-    return _KNOWN.format(cost=cost.name, n=n, floor=cost.floor, unit=unit, finders=finders)
+    return f"The best known `{found.cost}` of the {len(found.costs)} starts is by {finders}."
 
 
 def _bound(env_id: str, found: Best) -> list[str]:

@@ -17,7 +17,7 @@ from rigid_envs.envs.spaces import action_space, observation_space
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.proof import bounds_of
 from rigid_envs.scores.starts import TEST_SEED, cost_of
-from rigid_envs.tasks.fields import Entry
+from rigid_envs.tasks.fields import Entry, attitude_entries
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.tools.pages.document import (
@@ -37,6 +37,7 @@ from rigid_envs.tools.pages.tables import (
     shared_table,
     size_of,
     summary_of,
+    text_of,
     time_limit,
 )
 
@@ -58,6 +59,9 @@ def as_markdown(table: Table) -> str:
     return markdown_table(table.header, rows, table.kinds.translate(SIDES))
 
 
+_MATRIX = "`, `".join(entry.symbol for entry in attitude_entries("matrix"))
+
+
 def _brief(table: Table) -> Table:
     """A table of a page: entries that are alike in one row; of terms what the text does not say."""
     if table.header[0] == "Term":
@@ -69,7 +73,8 @@ def _brief(table: Table) -> Table:
     for alike, entries in groupby(table.rows, lambda row: tuple(row[2:])):
         numbers, names = zip(*(row[:2] for row in entries), strict=True)
         span = " .. ".join(dict.fromkeys((numbers[0], numbers[-1])))
-        rows.append((span, "`, `".join(names), *map(_rounded, alike)))
+        listed = "`, `".join(names).replace(_MATRIX, "R11` .. `R33")
+        rows.append((span, listed, *map(_rounded, alike)))
     return table._replace(rows=rows)
 
 
@@ -194,6 +199,7 @@ _FILM = f"![A reference controller in {{name}}]({FILMS}/{{file}})"
 _SMALL = 120  # pixels, in the README
 _SPACE = "RigidEnvs/"
 _DOI = re.compile(r"\bdoi:(10\.[^\s;,]*[^\s;,.])")
+_GROUP = re.compile(r"^(Group \$.+?\$): .+", re.MULTILINE)  # and its symmetries
 _NOTE = "<!-- Written by `rigid-envs docs`: change docstrings and registry, not this page. -->"
 _INTRODUCTION = (
     "The numbers before actions and observations are their sizes; a goal environment has those of "
@@ -202,6 +208,7 @@ _INTRODUCTION = (
 )
 _COMMAND = "python -m rigid_envs.tools.pages"
 _FROM_DOCS = "environments"
+_PHYSICAL = "1e-09 .. 1e+06 ~"  # what is allowed of parameters of bodies, as the index says
 
 
 def file_of(env_id: str) -> str:
@@ -356,41 +363,56 @@ def _family_of(env_id: str) -> str:
 
 
 def _content(env_id: str, task: Task) -> list[str]:
-    """Sections of the page, without those, and arguments, that the page of a parent has."""
+    """Sections of the page, without what the page of a parent has."""
     package = env_id.partition("/")[0] + "/"
     classes = {type(task_of(other)): other for other in ENVIRONMENTS if other.startswith(package)}
     parent = next((classes[kind] for kind in type(task).__mro__[1:] if kind in classes), None)
+    there = document(parent, task_of(parent), {}) if parent else []
+    known = {section.title: section.body for section in there}
     sections = document(env_id, task, {})
+    same = [section.title for section in sections if section in there]
+    own = [
+        _own(section, known.get(section.title, ()), task)
+        for section in sections
+        if section not in there
+    ]
     if parent is None:
-        return [markdown([_shortened(each, ()) for each in sections])]
-    known = {each.title: each.body for each in document(parent, task_of(parent), {})}
-    same = [each.title for each in sections if each.body == known[each.title]]
-    lead = (
-        f"The same as in `{_name(parent)}`: {', '.join(same)}; and arguments that are not listed "
-        "here."
-    )
-    own = [each for each in sections if each.title not in same]
-    table, *_ = known["Arguments"]
-    assert isinstance(table, Table)
-    return [lead, markdown([_shortened(each, table.rows) for each in own])]
+        return [markdown(own)]
+    lead = f"The same as in `{_name(parent)}`: {', '.join(same)}; and what is not listed here."
+    return [lead, markdown(own)]
 
 
-def _shortened(section: Section, known: Sequence[Sequence[str]]) -> Section:
-    """Arguments without rows that are known; those that all tasks have by their default alone."""
-    if section.title != "Arguments":
-        return section
+def _own(section: Section, known: Sequence[Any], task: Task) -> Section:
+    """A section without the paragraphs, or arguments, that are known."""
     body: Sequence[Any] = section.body
-    table, *others = body
-    rows = [row for row in table.rows if row not in known]
+    if section.title == "Arguments":
+        table, code = body
+        rows = [row for row in table.rows if not known or row not in known[0].rows]
+        return section._replace(body=[*_arguments(table._replace(rows=rows), task), code])
+    whole = any(isinstance(block, Table) for block in body)  # a table keeps its paragraphs
+    return section._replace(body=[block for block in body if whole or block not in known])
+
+
+def _arguments(table: Table, task: Task) -> list[Table | str]:
+    """Arguments of the body and those that all tasks have by their defaults; others in a table."""
+    system = task.system_type
+    body = {part.split("`")[1] for part in text_of(system) if part.startswith("- ")}
     alike = {(row[0], *row[2:]) for row in shared_table().rows}
-    own = [row for row in rows if (row[0], *row[2:]) not in alike]
-    defaults = ", ".join(f"`{row[0]}` = {row[1]}" for row in rows if row not in own)
-    lines = (
-        [f"Of [the arguments that all have]({_place('Arguments')}): {defaults}."]
-        if defaults
-        else []
-    )
-    return section._replace(body=[table._replace(rows=own), *lines, *others])
+    short = {
+        f"the body]({_place('System ' + system.__name__)})": [
+            row for row in table.rows if row[0] in body and row[3] == _PHYSICAL
+        ],
+        f"the arguments that all have]({_place('Arguments')})": [
+            row for row in table.rows if (row[0], *row[2:]) in alike
+        ],
+    }
+    lines = [
+        f"Of [{place}: {', '.join(f'`{row[0]}` = {row[1]}' for row in rows)}."
+        for place, rows in short.items()
+        if rows
+    ]
+    others = [row for row in table.rows if not any(row in rows for rows in short.values())]
+    return [*([table._replace(rows=others)] if others else []), *lines]
 
 
 def _place(heading: str) -> str:
@@ -408,13 +430,16 @@ def _glance(env_id: str, task: Task) -> Table:
 
 
 def _linked(text: str, env_id: str) -> str:
-    """Text with links to the pages of environments of the same package, and to papers by DOI."""
+    """Text with links to environments of the same package, to the system, to papers by DOI."""
     space = env_id.partition("/")[0] + "/"
     pages = {_name(other): file_of(other) for other in ENVIRONMENTS if other.startswith(space)}
     del pages[_name(env_id)]
-    if pages:
-        pattern = f"`({'|'.join(sorted(pages))})`"
-        text = re.sub(pattern, lambda found: f"[{found[0]}]({pages[found[1]]})", text)
+    system = task_of(env_id).system_type.__name__
+    pages[system] = _place(f"System {system}")
+    pattern = f"`({'|'.join(sorted(pages))})`"
+    text = re.sub(pattern, lambda found: f"[{found[0]}]({pages[found[1]]})", text)
+    if space == _SPACE:
+        text = _GROUP.sub(r"\1 ([its symmetries](../symmetry.md#the-group-of-every-task)).", text)
     return _DOI.sub(r"[doi:\1](https://doi.org/\1)", text)
 
 
