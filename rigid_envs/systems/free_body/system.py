@@ -21,7 +21,8 @@ class FreeBody(TurningBody, System):
     """Rigid body turning about its centre of mass.
 
     $I omega' = I omega x omega + tau$, $q' = q (0, omega) / 2$, all in body axes, which are the
-    principal axes.
+    principal axes. Without torque the energy $T$ and the angular momentum $L$ in space are
+    conserved.
 
     State $y = (w, x, y, z, omega1, omega2, omega3)$: attitude, body to world, and angular velocity
     in body axes [rad/s]. Input $u = (tau1, tau2, tau3)$: torque in body axes [N m].

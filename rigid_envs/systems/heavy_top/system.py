@@ -20,7 +20,8 @@ class HeavyTop(TurningBody, System):
 
     $I omega' = I omega x omega + tau_body + R^T tau_world + ell e3 x R^T m (-aX, -aY, -g)$, $q' = q
     (0, omega) / 2$, $X' = V$, $V' = a$. No Euler angle is used: the upright top is a state like any
-    other.
+    other. Without torque the energy and the vertical momentum are conserved, with $I1 = I2$ also
+    the spin $omega3$.
 
     State $y = (w, x, y, z, omega1, omega2, omega3, X, Y, VX, VY)$: attitude, body to world; angular
     velocity in body axes [rad/s]; horizontal position [m] and velocity [m/s] of the pivot. Input $u

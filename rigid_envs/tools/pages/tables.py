@@ -126,7 +126,7 @@ def _lines(row: Sequence[str], sizes: Sequence[int], sides: str) -> list[str]:
 #     Rewards:
 #         ...
 #
-# and so on, through all `SECTIONS`.
+# and so on, through all `SECTIONS`; the version history only if there is more than a first version.
 
 SECTIONS = (
     "Physics",
@@ -169,6 +169,7 @@ def docstring_of(kind: type[Task]) -> TaskDocstring:
     sections = dict(docstring.sections)
     for base in others:
         sections = {**_read(base).sections, **sections}
+    sections.setdefault("Version History", [])  # until something changes
     for name in SECTIONS:
         if name not in sections:
             raise _refusal(own, f"has no section {name!r}")

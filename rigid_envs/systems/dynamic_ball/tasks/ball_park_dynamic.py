@@ -232,15 +232,15 @@ class BallParkDynamic(DynamicBallTask):
     goal counts only at rest. The plate ends `margin` outside the corners of the start square.
 
     Physics:
-        The rotational inertia adds to the mass, $m (1 + beta) v' = F$ with $beta = I / (m
-        radius^2)$, so that a solid sphere accelerates at 5/7 of $F / m$. Without force it rolls on
-        along a straight line: its velocity, its energy and its spin about the vertical, which is 0,
-        are conserved. On a level plate $g$ has no effect on the motion, which needs the coefficient
-        of friction $beta / (1 + beta) |F| / (m g)$. On a turntable (`turntable_rate` $Omega$) the
-        velocity also turns, at the rate $beta / (1 + beta) Omega$.
+        The rotational inertia adds to the mass, $m (1 + beta) v' = F$, so that a solid sphere
+        accelerates at 5/7 of $F / m$. Without force it rolls on along a straight line: its
+        velocity, its energy and its spin about the vertical, which is 0, are conserved. On a level
+        plate $g$ has no effect on the motion, which needs the coefficient of friction $beta / (1 +
+        beta) |F| / (m g)$. On a turntable (`turntable_rate` $Omega$) the velocity also turns, at
+        the rate $beta / (1 + beta) Omega$.
 
-        The attitude follows by rolling, $v = omega x radius e_z$: growth vector $(2, 3, 5)$ of the
-        velocity fields, with one integrator between force and velocity.
+        The attitude follows by rolling: growth vector $(2, 3, 5)$ of the velocity fields, with one
+        integrator between force and velocity.
 
     Rewards:
         The cost of `BallPark`, with the orders of the Lie brackets: its terms `position`, `twist`,
@@ -264,12 +264,8 @@ class BallParkDynamic(DynamicBallTask):
         during whole control periods. It tracks them by $F = m (1 + beta) (a + k^2 (position - X) +
         2 k (velocity - V))$ with $k = 2 / s$.
 
-        Bound: a motion from rest to rest over the length $L$ takes at least $2 sqrt(L (1 + beta) m
-        / F)$, and no path is shorter than $L = max(distance, radius angle)$, less the tolerances.
-        The ball need not stop at the corners of its path, as it does with `three_rolls`.
-
-    Version History:
-        v0: first version.
+        The length of the bound is $max(distance, radius angle)$, as for `BallPark`. The ball need
+        not stop at the corners of its path, as it does with `three_rolls`.
 
     Source:
         Neimark & Fufaev, *Dynamics of Nonholonomic Systems*, chapter III; Jurdjevic 1993, "The

@@ -137,13 +137,12 @@ TABLE = Reduction(
     frame_of=frame_of,
     turn=turn,
     formulas="""
-        The sign of $X$ is -1 where $X - X* < 0$, that of $Y$ where $Y - Y* < 0$, else 1; on a
-        turntable both are that of the sum. $X$, $VX$, $alpha_y$ and $alpha_y'$ have the sign of
-        $X$; $Y$, $VY$, $alpha_x$, $alpha_x'$ that of $Y$; the spin their product. The action is
-        multiplied by (sign of $Y$, sign of $X$).
+        $S$ is the sign of $X - X*$, $T$ that of $Y - Y*$; on a turntable both are that of the sum.
+        $X$, $VX$, $alpha_y$ and $alpha_y'$ are multiplied by $S$; $Y$, $VY$, $alpha_x$, $alpha_x'$
+        by $T$; the spin by $S T$, and the action by $(T, S)$.
 
-        With the offset $d$, $a = g / (1 + beta)$ and $T = 3.5 sqrt(radius / a)$, predicted is $d /
-        max(|d|, 1) + T (VX + radius alpha_y', VY - radius alpha_x') + T^2 a / 2 (alpha_y + dt
+        With the offset $d$, $a = g / (1 + beta)$ and $t = 3.5 sqrt(radius / a)$, predicted is $d /
+        max(|d|, 1) + t (VX + radius alpha_y', VY - radius alpha_x') + t^2 a / 2 (alpha_y + dt
         alpha_y' / 2, -alpha_x - dt alpha_x' / 2)$, with the radius, $beta$ and $g$ of the episode.
         The logarithm is that of an offset limited to 20.
     """,
@@ -267,14 +266,13 @@ class BallPlate(DynamicBallTask):
     centre in the wrong direction. A small tilt limit makes stopping slow, and the table is small.
 
     Physics:
-        Near level, in the axes of the table and with $beta = I / (m radius^2)$, $X'' = g alpha_y /
-        (1 + beta) - radius alpha_y''$ and $Y'' = -g alpha_x / (1 + beta) + radius alpha_x''$. The
-        full equations are simulated, with centrifugal and gyroscopic terms. The mass has no effect
-        on the motion. The motor changes the rates of the angles linearly to the commanded ones
-        within the control period, and brakes in time to stop at `tilt_limit`: for each angle, with
-        the rate $omega$ at the beginning, the commanded rate is limited to $(+-tilt_limit - alpha)
-        / dt - omega / 2$, then to $+-tilt_rate$, and the acceleration is the commanded rate less
-        $omega$, over `dt`.
+        Near level, in the axes of the table, $X'' = g alpha_y / (1 + beta) - radius alpha_y''$ and
+        $Y'' = -g alpha_x / (1 + beta) + radius alpha_x''$. The full equations are simulated, with
+        centrifugal and gyroscopic terms. The mass has no effect on the motion. The motor changes
+        the rates of the angles linearly to the commanded ones within the control period, and brakes
+        in time to stop at `tilt_limit`: for each angle, with the rate $omega$ at the beginning, the
+        commanded rate is limited to $(+-tilt_limit - alpha) / dt - omega / 2$, then to
+        $+-tilt_rate$, and the acceleration is the commanded rate less $omega$, over `dt`.
 
         Tilting moves the centre of the ball in the wrong direction by radius times angle: a zero of
         the transfer function in the right half-plane, at $sqrt(g / ((1 + beta) radius))$. On a
@@ -304,9 +302,6 @@ class BallPlate(DynamicBallTask):
 
         Exact: a free ball on a turntable goes round at $beta / (1 + beta)$ of its rate. A ball at
         rest on its point stays there on a level table, without effort.
-
-    Version History:
-        v0: first version.
 
     Source:
         Neimark & Fufaev, *Dynamics of Nonholonomic Systems*, chapter III; turntable: Weltner 1979,

@@ -98,10 +98,9 @@ FLIP = saddle.half_turned(
     frame_of=saddle.growing_frame,
     turn=saddle.turn,
     formulas="""
-    With $w = omega / Omega$, in the entries limited to $+-20$, $r = sqrt(I3 (I3 - I2) / (I1 (I2 -
-    I1)))$, $growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))$, $k = I1 (I3 - I1) / (4 I2 (I3 - I2))$: $d
-    = w1 - r w3$, $s = w1 + r w3$, and the sign $S$ is -1 where $w2 (d - s) + d + s < 0$, else 1.
-    From here on $w1$, $w3$, $d$ and $s$ are those times $S$.
+    With $w$, $r$, $growth$, $d$ and $s$ of `IntermediateAxis` and $k = I1 (I3 - I1) / (4 I2 (I3 -
+    I2))$, $S$ is the sign of $w2 (d - s) + d + s$. From here on $w1$, $w3$, $d$ and $s$ are those
+    times $S$.
 
     The motion that arrives at $T$, within 0.6 of `tolerance`, is $w2 = tanh(W)$, $d = D = +-1 /
     (sqrt(k) cosh(W))$ with the sign of $d$, and $s = 0$, where the wanted time is $W = Omega growth
@@ -111,10 +110,10 @@ FLIP = saddle.half_turned(
     at least $1e-9$.
 
     Entries: $w1$, $w2$, $w3$, the time left over the largest of `flip_time`, $W / log(10)$, $(C -
-    W) / log(10)$, and $x / (|x| + tolerance)$ of $w1 - D / 2$, $w2 - tanh(W)$, $w3 + D / (2 r)$.
-    When no time is left, the sixth is 0, $D$ is $d$, and $tanh(W)$ is replaced by $-sqrt(max(1 - k
-    d^2, 0))$. $|W|$ counts as at most 16 in $tanh$ and $cosh$, whose error is below $1e-5$. The
-    action $a$ acts as $(S a1, a2, S a3)$.
+    W) / log(10)$, and the shares of $w1 - D / 2$, $w2 - tanh(W)$ and $w3 + D / (2 r)$ with the half
+    `tolerance`. When no time is left, the sixth is 0, $D$ is $d$, and $tanh(W)$ is replaced by
+    $-sqrt(max(1 - k d^2, 0))$. $|W|$ counts as at most 16 in $tanh$ and $cosh$, whose error is
+    below $1e-5$. The action $a$ acts as $(S a1, a2, S a3)$.
     """,
 )
 """Reduction of `AxisFlip`: SO(3), turns in space, times the half turn about e2."""
@@ -204,18 +203,11 @@ class AxisFlip(shared.PerturbedSpinTask):
     episode the spin must stay at $-e2$, where holding it costs almost no impulse.
 
     Physics:
-        Euler's equations $I omega' = I omega x omega + tau$, all in body axes, which are the
-        principal axes. Without torque the energy $T$ and the angular momentum $L$ in space are
-        conserved.
-
-        Reversing the spin directly takes the impulse $2 L = 2 I2 Omega$. An impulse of relative
-        size $delta$ along the unstable direction flips the body after the time $log(1 / delta) /
-        lambda$ plus a constant, with $lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))$. So from
-        exact spin about $e2$ the least impulse decreases as $exp(-lambda T)$ with the commanded
-        time $T$.
-
-        The kinetic energy that full torque can give the body before the time limit bounds its
-        rates.
+        The moments are $I1 < I2 < I3$. Reversing the spin directly takes the impulse $2 L = 2 I2
+        Omega$. An impulse of relative size $delta$ along the unstable direction flips the body
+        after the time $log(1 / delta) / lambda$ plus a constant, with $lambda = Omega sqrt((I2 -
+        I1)(I3 - I2) / (I1 I3))$. So from exact spin about $e2$ the least impulse decreases as
+        $exp(-lambda T)$ with the commanded time $T$.
 
     Rewards:
         `spin` = $1 / (1 + 10 error)$ with $error = |omega + Omega e2| / Omega$ from the commanded
@@ -240,9 +232,6 @@ class AxisFlip(shared.PerturbedSpinTask):
         time left). `brute_force` reverses the spin at once, $tau = -4 Omega I (omega + Omega e2)$.
 
         Exact: torque about $e2$ alone, from exact spin, costs $2 L = 2 I2 Omega$.
-
-    Version History:
-        v0: first version.
 
     Source:
         Landau & Lifshitz, *Mechanics*, section 37; Van Damme, Mardesic & Sugny 2017,

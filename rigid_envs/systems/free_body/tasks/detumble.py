@@ -128,8 +128,7 @@ MOMENTUM = Reduction(
     $|n3|$, and $3 sqrt(3) n1 n2 n3$.
 
     The action $a$ acts as $-a1 n + a2 b + a3 n x b$ with $b$ along $n x omega$. Where $|n x omega|
-    < 1e-9$, $b = (1 - S n1^2 / (S + n3), -S n1 n2 / (S + n3), -S n1)$, $S = -1$ where $n3 < 0$,
-    else 1.
+    < 1e-9$, $b = (1 - S n1^2 / (S + n3), -S n1 n2 / (S + n3), -S n1)$ with the sign $S$ of $n3$.
     """,
 )
 """Reduction of `Detumble`: SO(3), turns in space, times the half turns about the three axes.
@@ -229,11 +228,7 @@ class Detumble(BodyTask):
 
     Physics:
         An impulse $j$ changes the momentum by $L -> L + j$; then the body moves freely for a
-        control period, by Euler's equations $I omega' = I omega x omega$. Momentum and impulse are
-        vectors in body axes, which are the principal axes, and $omega = I^-1 L$. The free motion
-        conserves the norm of $L$, and $L$ in space, to rounding.
-
-        The sum of the largest impulses until the time limit bounds the rates.
+        control period. Momentum and impulse are vectors in body axes, and $omega = I^-1 L$.
 
     Rewards:
         `momentum` = $-(|L| / start_momentum)^2$ after the step (not below -100) and `impulse` =
@@ -256,9 +251,6 @@ class Detumble(BodyTask):
 
         The least time to rest is $|L| / impulse$ steps, rounded up. `brake` attains it with the
         largest impulse against $L$.
-
-    Version History:
-        v0: first version.
 
     Source:
         Bertsekas, *Dynamic Programming and Optimal Control*, volume I, section 4.1.

@@ -70,10 +70,6 @@ def direction_seen(w: Vector, at: Place, pull: float, c: Any) -> Row:
     return sign * w[0], w[1], sign * w[2], d, s, near_d, near_s
 
 
-_SHAPE = """\
-    With $w = omega / Omega$, in the entries limited to $+-20$, $r = sqrt(I3 (I3 - I2) / (I1 (I2 -
-    I1)))$ and $growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))$: $d = w1 - r w3$, $s = w1 + r w3$, and
-    the sign $S$ is -1 where $d < 0$, else 1. Entries: $S w1$, $w2$, $S w3$, $k |d|$, $S k s$"""
 _SADDLE = (
     Entry("d / held", "1", "reduced", 0.0, shared.FASTEST),
     Entry("s / held", "1", "reduced", -shared.FASTEST, shared.FASTEST),
@@ -89,8 +85,13 @@ HOLDING = half_turned(
     observe=observe_reduced,
     frame_of=frame_of,
     turn=turn,
-    formulas=f"""{_SHAPE} with $k = Omega^2 growth / (torque (1 / I1 + r / I3))$, and $x /
-    (|x| + tolerance)$ of $|d|$, $S s$ and $w2 - 1$. The action $a$ acts as $(S a1, a2, S a3)$.""",
+    formulas="""
+    With $w = omega / Omega$, in the entries limited to $+-20$, $r = sqrt(I3 (I3 - I2) / (I1 (I2 -
+    I1)))$ and $growth = sqrt((I2 - I1)(I3 - I2) / (I1 I3))$: $d = w1 - r w3$, $s = w1 + r w3$, and
+    $S$ is the sign of $d$. Entries: $S w1$, $w2$, $S w3$, $k |d|$, $S k s$ with $k = Omega^2 growth
+    / (torque (1 / I1 + r / I3))$, and the shares of $|d|$, $S s$ and $w2 - 1$ with the half
+    `tolerance`. The action $a$ acts as $(S a1, a2, S a3)$.
+    """,
 )
 """Reduction of `IntermediateAxis`: SO(3), turns in space, times the half turn about e2."""
 POINTING = half_turned(
@@ -98,8 +99,8 @@ POINTING = half_turned(
     observe=observe_direction,
     frame_of=frame_of,
     turn=turn_one,
-    formulas=f"""{_SHAPE} with $k = Omega^2 growth I3 / (torque r)$, and $x / (|x| +
-    tolerance)$ of $|d|$ and $S s$. The action $a$ acts as $S a$.""",
+    formulas="""Entries are those of `IntermediateAxis` with $k = Omega^2 growth I3 / (torque r)$.
+    The action $a$ acts as $S a$.""",
 )
 """Reduction of `IntermediateAxisSingle`, whose goal is the direction e2: the same group."""
 
@@ -157,15 +158,11 @@ class IntermediateAxis(shared.PerturbedSpinTask):
     region by a small margin.
 
     Physics:
-        Euler's equations $I omega' = I omega x omega + tau$, all in body axes, which are the
-        principal axes. Without torque the energy $T$ and the angular momentum $L$ in space are
-        conserved.
-
-        With $r = sqrt(I3 (I3 - I2) / (I1 (I2 - I1)))$ the unstable mode is $d = omega1 - r omega3$.
-        While $omega2$ is $Omega$, $d' = lambda d + tau1 / I1 - r tau3 / I3$, with the growth rate
-        $lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))$. So bounded torque can hold it only
-        while $|d| < torque (1 / I1 + r / I3) / lambda$: 0.546 rad/s for the default body. At the
-        start $|d|$ is 0.5 rad/s at most.
+        The moments are $I1 < I2 < I3$. With $r = sqrt(I3 (I3 - I2) / (I1 (I2 - I1)))$ the unstable
+        mode is $d = omega1 - r omega3$. While $omega2$ is $Omega$, $d' = lambda d + tau1 / I1 - r
+        tau3 / I3$, with the growth rate $lambda = Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))$. So
+        bounded torque can hold it only while $|d| < torque (1 / I1 + r / I3) / lambda$: 0.546 rad/s
+        for the default body. At the start $|d|$ is 0.5 rad/s at most.
 
     Rewards:
         `spin` = $1 / (1 + 10 error)$ with $error = |omega - Omega e2| / Omega$: its slope is
@@ -187,9 +184,6 @@ class IntermediateAxis(shared.PerturbedSpinTask):
         omega3 - eps omega1 omega2)$ with $eps = 3 (I2 - I1)$ and $k_j = 5/3 I_j Omega$.
 
         Spin exactly at $e2$ needs no torque: the cost is due to the initial perturbation.
-
-    Version History:
-        v0: first version.
 
     Source:
         Landau & Lifshitz, *Mechanics*, section 37; Bloch & Marsden 1990,
@@ -232,10 +226,6 @@ class IntermediateAxisRandom(IntermediateAxis):
     every start of every body. The drawn moments are observed with `observe_params`.
 
     Physics:
-        Euler's equations $I omega' = I omega x omega + tau$, all in body axes, which are the
-        principal axes. Without torque the energy $T$ and the angular momentum $L$ in space are
-        conserved.
-
         Perturbations grow at the rate $Omega sqrt((I2 - I1)(I3 - I2) / (I1 I3))$. The ranges keep
         $I1 < I2 < I3 <= I1 + I2$ for every body. None of them can be widened about its middle
         ($1.15, 1.9, 2.5$) unless another is narrowed: the largest $I3$, 2.7, is the sum of the

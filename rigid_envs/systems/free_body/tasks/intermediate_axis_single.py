@@ -57,9 +57,8 @@ class IntermediateAxisSingle(PerturbedSpinTask):
     goal is the direction of the spin only.
 
     Physics:
-        Euler's equations $I omega' = I omega x omega + (0, 0, tau3)$, all in body axes, which are
-        the principal axes. Under any $tau3$ the sum $I1 (I3 - I1) omega1^2 + I2 (I3 - I2) omega2^2$
-        is conserved.
+        The moments are $I1 < I2 < I3$, the torque is $(0, 0, tau3)$. Under any $tau3$ the sum $I1
+        (I3 - I1) omega1^2 + I2 (I3 - I2) omega2^2$ is conserved.
 
         Without control the spin leaves $e2$ at the rate $lambda = Omega sqrt((I2 - I1)(I3 - I2) /
         (I1 I3))$, 0.577 per second for the default body. $tau3 = eps omega1 omega2 - k omega3$ with
@@ -67,9 +66,6 @@ class IntermediateAxisSingle(PerturbedSpinTask):
         the gyroscopic term of $I3 omega3' = (I1 - I2) omega1 omega2 + tau3$. Bounded torque can
         hold the unstable mode only near the axis: to first order, for the default body, while
         $|omega1 - sqrt(3) omega3| < 0.45$ rad/s. At the start it is 0.4 at most.
-
-        The kinetic energy that full torque can give the body before the time limit bounds its
-        rates.
 
     Rewards:
         `axis` = $1 / (1 + 10 angle)$ with the angle from $e2$ to $omega$: its slope is largest at
@@ -89,9 +85,6 @@ class IntermediateAxisSingle(PerturbedSpinTask):
         = 3 (I2 - I1)$ and $k = 5/3 I3 Omega$.
 
         Threshold: $eps = I2 - I1$.
-
-    Version History:
-        v0: first version.
 
     Source:
         Bloch & Marsden 1990, doi:10.1016/0167-6911(90)90055-Y.

@@ -127,10 +127,10 @@ TURNING = Reduction(
     formulas="""
     $theta$ is the rotation vector of $q^-1 q_goal$, at most $pi$ long; `spare` is $b_k = theta_k -
     I_k omega_k |omega_k| / (2 torque)$; gyro is $(I omega) x omega$; in the entries $omega$ is
-    limited to $+-20$. The signs $S_k$ of $k = 1, 2$ are -1 where $b_k < 0$, else 1, and $S3 = S1
-    S2$; with them the vectors are multiplied. The last entries are $|theta|$, $|theta| / (|theta| +
-    min(angle_tolerance, pi))$ and $|omega| / (|omega| + rate_tolerance)$. The action $a$ acts as
-    $(S1 a1, S2 a2, S3 a3)$.
+    limited to $+-20$. $S1$ and $S2$ are the signs of $b_1$ and $b_2$, and $S3 = S1 S2$; with them
+    the vectors are multiplied. The last entries are $|theta|$ and the shares of $|theta|$ and
+    $|omega|$ with the halves $min(angle_tolerance, pi)$ and $rate_tolerance$. The action $a$ acts
+    as $(S1 a1, S2 a2, S3 a3)$.
     """,
 )
 """Reduction of `Reorient`: SO(3), turns in space, times the half turns about the three axes."""
@@ -246,19 +246,12 @@ class Reorient(TorqueTask):
     at the goal, where staying has the largest reward.
 
     Physics:
-        Euler's equations $I omega' = I omega x omega + tau$, all in body axes, which are the
-        principal axes. Without torque the energy $T$ and the angular momentum $L$ in space are
-        conserved.
-
         The gyroscopic term is at most $(I_max - I_min) |omega|^2 / 2$, 1 N m at 1 rad/s for the
         default body; the torque is 0.5 N m about each axis. From rest, the rate is at most $a t$,
         $a = torque sqrt((1 / I1 + 1 / I2 + 1 / I3) / I_min)$, as the power is $omega . tau$; the
         same bound holds backwards in time from the goal. So a turn from rest to rest by an angle
         takes at least $2 sqrt(angle / a)$
         (`rigid_envs.systems.free_body.controllers.least_slew_time`).
-
-        The kinetic energy that full torque can give the body before the time limit bounds its
-        rates.
 
     Rewards:
         `reached` = 0 where angle and rate are within tolerance, else -1: the return is minus the
@@ -281,12 +274,8 @@ class Reorient(TorqueTask):
         6 torque / I_max$ and $e$ the rotation from goal to body with the sign $w >= 0$, so that the
         body takes the shorter rotation (no unwinding).
 
-        Bound: $2 sqrt(angle / a)$; with the tolerances the goal can be reached slightly earlier. A
-        half turn about $e1$ with bang-bang torque about $e1$ takes $sqrt(a I1 / torque)$ times the
-        bound.
-
-    Version History:
-        v0: first version.
+        A half turn about $e1$ with bang-bang torque about $e1$ takes $sqrt(a I1 / torque)$ times
+        the bound.
 
     Source:
         Wie & Barba 1985, doi:10.2514/3.19988; unwinding: Bhat & Bernstein 2000,

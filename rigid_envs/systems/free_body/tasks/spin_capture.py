@@ -68,11 +68,10 @@ CAPTURE = saddle.half_turned(
     frame_of=saddle.growing_frame,
     turn=saddle.turn,
     formulas="""
-    With $w = omega / Omega$, in the entries limited to $+-20$, $r = sqrt(I3 (I3 - I2) / (I1 (I2 -
-    I1)))$ and $k = I1 (I3 - I1) / (4 I2 (I3 - I2))$: $d = w1 - r w3$, $s = w1 + r w3$, and the sign
-    $S$ is -1 where $w2 (d - s) + d + s < 0$, else 1. Entries: $S w1$, $w2$, $S w3$, $p = s d$, $E =
-    w2^2 + k (d^2 + s^2) - 1$, then $x / (|x| + 0.1)$ of the slopes $2 S w1 (2 k E + p)$, $2 w2 E$
-    and $2 S r^2 w3 (2 k E - p)$, and $x / (|x| + tolerance)$ of $S d$, $S s$ and $w2 - 1$. The
+    With $w$, $r$, $d$ and $s$ of `IntermediateAxis` and $k = I1 (I3 - I1) / (4 I2 (I3 - I2))$, $S$
+    is the sign of $w2 (d - s) + d + s$. Entries: $S w1$, $w2$, $S w3$, $p = s d$, $E = w2^2 + k
+    (d^2 + s^2) - 1$, then the shares of the slopes $2 S w1 (2 k E + p)$, $2 w2 E$ and $2 S r^2 w3
+    (2 k E - p)$ with the half 0.1, and of $S d$, $S s$ and $w2 - 1$ with the half `tolerance`. The
     action $a$ acts as $(S a1, a2, S a3)$.
     """,
 )
@@ -167,9 +166,8 @@ class SpinCapture(shared.SpinTask):
     under any torque; these choices of `actuators` serve as a proof of failure.
 
     Physics:
-        Euler's equations $I omega' = I omega x omega + tau$, all in body axes, which are the
-        principal axes. The gyroscopic term is $(I3 - I1) Omega^2 / 2$ at most at the rate $Omega$,
-        1 N m for the default body. Without torque the energy $T$ and the norm of $L$ are conserved.
+        The moments are $I1 < I2 < I3$. The gyroscopic term is $(I3 - I1) Omega^2 / 2$ at most at
+        the rate $Omega$, 1 N m for the default body.
 
         Of all free motions only those on the separatrix, $2 T I2 = L^2$, approach $e2$ (half of
         them $-e2$); the rate $Omega$ requires $L = I2 Omega$ as well. Bounded torque holds the
@@ -178,9 +176,6 @@ class SpinCapture(shared.SpinTask):
         One torque alone: $tau1$ conserves $I2 (I2 - I1) omega2^2 + I3 (I3 - I1) omega3^2$, $tau2$
         conserves $2 T I2 - L^2$, and $tau3$ conserves $I1 (I3 - I1) omega1^2 + I2 (I3 - I2)
         omega2^2$. Entries of the action about an axis without actuator have no effect.
-
-        The kinetic energy that full torque can give the body before the time limit bounds its
-        rates.
 
     Rewards:
         `spin` = $1 / (1 + 10 error)$ with $error = |omega - Omega e2| / Omega$, the goal itself.
@@ -206,9 +201,6 @@ class SpinCapture(shared.SpinTask):
         Proof of failure: with a torque about $e3$ alone the default body conserves $omega1^2 +
         omega2^2$, and $omega$ comes no nearer to $Omega e2$ than $|sqrt(omega1^2 + omega2^2) -
         Omega|$. A torque about $e1$ alone conserves $omega2^2 + 3 omega3^2$.
-
-    Version History:
-        v0: first version.
 
     Source:
         Landau & Lifshitz, *Mechanics*, section 37; Bloch & Marsden 1990,

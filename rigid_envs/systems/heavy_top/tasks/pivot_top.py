@@ -13,7 +13,6 @@ from rigid_envs.engine.episode import Episode, clip_to_disk
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks import shared
-from rigid_envs.systems.heavy_top.tasks.shared import FRAME_FORMULAS, LEAN_FORMULAS
 from rigid_envs.tasks.fields import Entry, span
 from rigid_envs.tasks.parts import Held, held_for, limited, limited_pair
 from rigid_envs.tasks.reduction import Frame, Reduction, frame_along, polar_seen, turn
@@ -110,14 +109,15 @@ PIVOT_TOP = Reduction(
     Frame=Frame,
     frame_of=frame_of,
     turn=turn,
-    formulas=f"""{LEAN_FORMULAS} $w$, along $u$ where $w$ is 0, and that of the world where both
-    are 0; {FRAME_FORMULAS} Here $e = R13 + i R23$. With $k = 0.35 sqrt(fall)$ the pivot $X + i Y$
-    returns at the lean $l = k (k (X + i Y) + 2 (VX + i VY)) / g$; $w = u + (growth - i kappa / 2)
-    l$.
+    formulas="""
+    With the symbols of `SleepingTop` and $k = 0.35 sqrt(fall)$, the pivot $X + i Y$ returns at the
+    lean $l = k (k (X + i Y) + 2 (VX + i VY)) / g$; $w = u + (growth - i kappa / 2) l$. The $x$-axis
+    of the frame is along $w$, along $u$ where $w$ is 0, and that of the world where both are 0; $y$
+    is on the same side as there.
 
     Entries: $min(3 |w|, 3)$, the shares of $|w|$, $s$ and $e$ with their halves, the pivot, entry
     by entry up to 5, its share, its velocity likewise, $R33$ and $min(|kappa| / (2 sqrt(fall)),
-    4)$. The action, in world axes, is rounded to float32.
+    4)$.
     """,
 )
 """Reduction of `PivotTop`: O(2), turns about the vertical and reflections, and the phase."""
@@ -217,9 +217,8 @@ class PivotTop(shared.SymmetricTopTask):
     the episode ends when the pivot leaves it or the top has fallen.
 
     Physics:
-        $I omega' = I omega x omega + ell e3 x R^T m (-aX, -aY, -g)$ about the pivot, in body axes,
-        and $X'' = a$ for the pivot. The top is symmetric, $I1 = I2$ (`I_perp`), and its spin
-        $omega3$ is conserved under any motion of the pivot.
+        The top is symmetric, $I1 = I2$ (`I_perp`), and its spin $omega3$ is conserved under any
+        motion of the pivot.
 
         For a small tilt, with $e = e_x + i e_y$ the horizontal part of the axis of the top, $I1 e''
         - i I3 omega3 e' - m g ell e = -m ell a$. The sleeping threshold is the spin $2 sqrt(I1 m g
@@ -255,9 +254,6 @@ class PivotTop(shared.SymmetricTopTask):
 
         Threshold: the critical spin, as for `SleepingTop`. To first order, and without the limit of
         the arena, a start is caught if $g theta sqrt(1 - s^2) < push$.
-
-    Version History:
-        v0: first version.
 
     Source:
         Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7, in the accelerated frame of

@@ -286,19 +286,6 @@ UPRIGHT = (
 """Entries of `upright_seen`."""
 
 
-LEAN_FORMULAS = """\
-    The lean is $e = e_x + i e_y$ with the rate $e'$. With $fall = m g ell / I$, $I$ the mean of
-    $I1$ and $I2$, and $kappa = I3 omega3 / I$: $b = e' - i kappa e / 2$, $growth = sqrt(max(fall -
-    kappa^2 / 4, 0))$, $u = b + growth e$, $s = b - growth e$. The $x$-axis of the frame is along"""
-FRAME_FORMULAS = """\
-    $y$ is to the left of it, or to the right where $omega3 < 0$. A vector whose square is below
-    $1e-18$ has no direction. The share of a vector $v$ with the half $h$ is $v / (|v| + h)$."""
-SEEN_FORMULAS = """\
-    Entries: $min(3 |u|, 3)$, the shares of $|u|$, $s$, $s$ and $e$ with their halves, $R33$,
-    $min(|kappa| / (2 sqrt(fall)), 4)$ and $growth / sqrt(fall)$."""
-"""Formulas of `parts`, `lean_frame` and `upright_seen`."""
-
-
 @scalar
 def length(x: float, y: float) -> float:
     """Length of a vector in the plane."""

@@ -13,7 +13,6 @@ from rigid_envs.engine.episode import Episode, clip_to_disk, single
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks import shared
-from rigid_envs.systems.heavy_top.tasks.shared import FRAME_FORMULAS, LEAN_FORMULAS, SEEN_FORMULAS
 from rigid_envs.tasks.fields import Entry, Range, span
 from rigid_envs.tasks.parts import Held, held_for, limited
 from rigid_envs.tasks.reduction import Frame, Reduction, turned_back
@@ -60,10 +59,16 @@ SLEEPING_TOP = Reduction(
     Frame=Frame,
     frame_of=frame_of,
     turn=turn,
-    formulas=f"""{LEAN_FORMULAS} $u$, along $s$ where $u$ is 0, and that of the world where both
-    are 0; {FRAME_FORMULAS} Here $e = R13 + i R23$.
+    formulas="""
+    The lean is $e = R13 + i R23$ with the rate $e'$. With $fall = m g ell / I$, $I$ the mean of
+    $I1$ and $I2$, and $kappa = I3 omega3 / I$: $b = e' - i kappa e / 2$, $growth = sqrt(max(fall -
+    kappa^2 / 4, 0))$, $u = b + growth e$, $s = b - growth e$. The $x$-axis of the frame is along
+    $u$, along $s$ where $u$ is 0, and that of the world where both are 0; $y$ is to the left of it,
+    or to the right where $omega3 < 0$.
 
-    {SEEN_FORMULAS} The action, as $p$ in world axes, acts as $(-p_y, p_x)$, rounded to float32.
+    Entries: $min(3 |u|, 3)$, the shares of $|u|$, $s$, $s$ and $e$ with their halves, $R33$,
+    $min(|kappa| / (2 sqrt(fall)), 4)$ and $growth / sqrt(fall)$. The action, as $p$ in world axes,
+    acts as $(-p_y, p_x)$.
     """,
 )
 """Reduction of `SleepingTop`: O(2), turns about the vertical and reflections, and the phase."""
@@ -150,9 +155,7 @@ class SleepingTop(shared.SymmetricTopTask):
     horizontal torque, given in world axes, holds it up.
 
     Physics:
-        $I omega' = I omega x omega + R^T tau + ell e3 x R^T (0, 0, -m g)$ about the pivot, in body
-        axes, with the torque $tau$ in world axes. The top is symmetric, $I1 = I2$ (`I_perp`).
-        Without torque the energy, the vertical momentum and the spin $omega3$ are conserved.
+        The torque $tau$ is that in world axes. The top is symmetric, $I1 = I2$ (`I_perp`).
 
         For a small tilt, in complex numbers with $e = e_x + i e_y$ the horizontal part of the axis
         of the top, $I1 e'' - i I3 omega3 e' - m g ell e = -i tau$ with $tau = tau_x + i tau_y$. The
@@ -180,9 +183,6 @@ class SleepingTop(shared.SymmetricTopTask):
 
         Threshold: the critical spin. To first order, a start is caught if $m g ell theta sqrt(1 -
         s^2) < torque$.
-
-    Version History:
-        v0: first version.
 
     Source:
         Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7.
@@ -252,9 +252,7 @@ class SleepingTopRandom(SleepingTop):
     not determine its ratio to the threshold. The drawn values are observed with `observe_params`.
 
     Physics:
-        $I omega' = I omega x omega + R^T tau + ell e3 x R^T (0, 0, -m g)$ about the pivot, in body
-        axes, with the torque $tau$ in world axes. The top is symmetric, $I1 = I2$ (`I_perp`).
-        Without torque the energy, the vertical momentum and the spin $omega3$ are conserved.
+        The torque $tau$ is that in world axes. The top is symmetric, $I1 = I2$ (`I_perp`).
 
         The top sleeps upright if $(I3 omega3)^2 > 4 I1 m g ell$. Below, at a fraction $s$ of that
         spin, the tilt grows at the rate $sqrt((1 - s^2) m g ell / I1)$. From a tilt $theta$ at rest
@@ -262,8 +260,7 @@ class SleepingTopRandom(SleepingTop):
         torque$. Here the worst top needs 0.24 of 0.3 N m; much wider ranges would contain tops that
         cannot be caught.
 
-        The torque can spin up a light top faster: the energy that gravity and full torque can give
-        it before the time limit bounds its rates.
+        The torque can spin up a light top faster.
 
     Reference:
         The regulator of `SleepingTop` for the middle of the ranges, without the drawn values.

@@ -15,7 +15,6 @@ from rigid_envs.engine.episode import Episode, clip_to_disk, clip_to_square, sin
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks import shared
-from rigid_envs.systems.heavy_top.tasks.shared import FRAME_FORMULAS
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.parts import held_for, limited, limited_pair
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, turned_back
@@ -116,10 +115,11 @@ TOP_PRECESSION = Reduction(
     Frame=Frame,
     frame_of=frame_of,
     turn=turn,
-    formulas=f"""
+    formulas="""
     The $x$-axis of the frame, in the plane of $e1$ and $e2$, is along $(R31, R32)$, along
-    $(-omega2, omega1)$ where that is 0, and along $e1$ where both are 0; {FRAME_FORMULAS} $S$ is -1
-    where $omega3 < 0$, else 1; $(c, s)$ is the $x$-axis, $theta*$ the goal.
+    $(-omega2, omega1)$ where that is 0, and along $e1$ where both are 0; $y$ is to the left of it,
+    or to the right where $omega3 < 0$. $S$ is the sign of $omega3$, $(c, s)$ the $x$-axis, $theta*$
+    the goal.
 
     Rates: $phi' sin(theta)$ stands for $v = S (c omega1 + s omega2)$, $theta' = s omega1 - c
     omega2$, $phi'$ is that of *Rewards* times $S$, as is its goal $f$, with the drawn parameters.
@@ -129,8 +129,7 @@ TOP_PRECESSION = Reduction(
     $min(|omega3|, 30) / 5$; the shares are those of the vectors $(theta - theta*, v - f
     sin(theta))$, $(theta', theta'' / Omega)$ and of $d$.
 
-    The action, clipped to the disk and then as $p$ along $e1$ and $e2$, acts as $S p$, rounded to
-    float32.
+    The action, clipped to the disk and then as $p$ along $e1$ and $e2$, acts as $S p$.
     """,
 )
 """Reduction of `TopPrecession`: turns about the vertical, phase and reflections.
@@ -253,17 +252,13 @@ class TopPrecession(shared.SymmetricTopTask):
     torque acts about $e1$ and $e2$, axes that turn with the spin, which is constant.
 
     Physics:
-        $I omega' = I omega x omega + (tau1, tau2, 0) + ell e3 x R^T (0, 0, -m g)$ about the pivot,
-        in body axes. The top is symmetric, $I1 = I2$ (`I_perp`), and $omega3$ is conserved under
-        any action. Without torque the energy and the vertical momentum are conserved too.
+        The torque is $(tau1, tau2, 0)$ in body axes. The top is symmetric, $I1 = I2$ (`I_perp`),
+        and $omega3$ is conserved under any action.
 
         Steady precession at the tilt $theta$ has one of the two rates that are the roots of $I1
         cos(theta) phi'^2 - I3 omega3 phi' + m g ell = 0$. Spins are above the critical one, $2
         sqrt(I1 m g ell) / I3$, so that both roots exist at every tilt. By default the slow rates
         are 0.26 to 0.53 rad/s and the fast ones 1.98 to 6.17 rad/s.
-
-        The energy that gravity and full torque can give the top before the time limit bounds its
-        rates.
 
     Rewards:
         `tilt` = $1 / (1 + 10 |theta - goal|)$ and `rate` = $1 / (1 + 10 e)$ with the relative error
@@ -293,9 +288,6 @@ class TopPrecession(shared.SymmetricTopTask):
 
         Exact: the roots. From steady precession on either branch, zero actions succeed at zero
         cost.
-
-    Version History:
-        v0: first version.
 
     Source:
         Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7.

@@ -13,7 +13,6 @@ from rigid_envs.engine.episode import Episode, clip_to_box, clip_to_disk, single
 from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, State
 from rigid_envs.systems.heavy_top.symmetry import HALF_TURN, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks import shared
-from rigid_envs.systems.heavy_top.tasks.shared import FRAME_FORMULAS, LEAN_FORMULAS, SEEN_FORMULAS
 from rigid_envs.tasks.fields import Entry, Range, physical, span
 from rigid_envs.tasks.parts import Held, held_for, limited
 from rigid_envs.tasks.reduction import Frame, Reduction, turned_back
@@ -72,14 +71,14 @@ TOP_RANDOM = Reduction(
     Frame=Frame,
     frame_of=frame_of,
     turn=turn,
-    formulas=f"""{LEAN_FORMULAS} $u$, along $s$ where $u$ is 0, and along $e1$ where both are 0;
-    {FRAME_FORMULAS} Here $e = -(R31 + i R32)$, in body axes, and $e'$ stands for $omega2 - i
-    omega1$.
+    formulas="""
+    Frame and entries are those of `SleepingTop` in body axes: the lean is $e = -(R31 + i R32)$,
+    $e'$ stands for $omega2 - i omega1$, and the $x$-axis is along $e1$ where $u$ and $s$ are 0.
 
-    {SEEN_FORMULAS} Then $w / (w + 1)$ with $w = |(omega1, omega2)|$, $cos(2 alpha)$ and $S sin(2
-    alpha)$ with the angle $alpha$ from $e1$ to the $x$-axis; $S$ is -1 where $omega3 < 0$, else 1.
-    The first two entries of the action, clipped to the disk and then as $p$ along $e1$ and $e2$,
-    act as $(-p_2, p_1)$, rounded to float32, and the third as $S a3$.
+    Further entries: the share of $|(omega1, omega2)|$ with the half 1, $cos(2 alpha)$ and $S sin(2
+    alpha)$ with the angle $alpha$ from $e1$ to the $x$-axis and the sign $S$ of $omega3$. The first
+    two entries of the action, clipped to the disk and then as $p$ along $e1$ and $e2$, act as
+    $(-p_2, p_1)$, and the third as $S a3$.
     """,
 )
 """Reduction of `TopRandom`: turns about the vertical, half turn and reflections of the body.
@@ -174,15 +173,12 @@ class TopRandom(shared.TopTask):
     The moments are drawn in every episode; they are observed with `observe_params`.
 
     Physics:
-        $I omega' = I omega x omega + m g ell (G2, -G1, 0) + tau$ about the pivot, with the vertical
-        $G$ in body axes, $G' = G x omega$. Without torque the energy and the vertical momentum are
-        conserved; in general there is no further integral.
+        With the vertical $G$ in body axes, $G' = G x omega$, gravity has the torque $m g ell (G2,
+        -G1, 0)$. Beside the energy and the vertical momentum there is in general no further
+        integral.
 
         The free motion is chaotic: neighbouring motions separate exponentially. The ranges ensure
         $I3 < I1 < I2$ for every top, and $I2 <= I1 + I3$, as for every rigid body.
-
-        The energy that gravity and full torque can give the top before the time limit bounds its
-        rates.
 
     Rewards:
         `upright` = $1 / (1 + 10 theta)$ with the tilt $theta$: its slope is largest at the vertical
@@ -201,9 +197,6 @@ class TopRandom(shared.TopTask):
         `lqr` is the linear-quadratic regulator of the upright top that turns about $e3$, linear in
         $(G1, G2, omega1, omega2)$ with a gain for every $omega3$, for the middle of the ranges. The
         torque about $e3$ is 0.
-
-    Version History:
-        v0: first version.
 
     Source:
         Goldstein, Poole & Safko, *Classical Mechanics*, sections 5.5 and 5.7; no further integral:

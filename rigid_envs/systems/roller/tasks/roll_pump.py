@@ -168,12 +168,11 @@ class RollPump(Rolling):
     making it larger again costs no energy only at a turning point, so the policy must wait for it.
 
     Physics:
-        $(1 + beta) s'' = -g sin(curvature s)$, $s$ along the path of the centre, 0 at the bottom.
-        Masses move instantaneously, at the beginning of a control period, and conserve the momentum
-        about the contact, $P = (1 + beta) v$, here and below with what is added in $beta$: a
-        smaller ratio at full speed adds energy, by the work done on the masses; a larger ratio at
-        rest changes no energy. Energy is conserved while the ratio is constant. The motion has no
-        slip for any `mu`.
+        `beta` is the least ratio, and $s$ is 0 at the bottom. Masses move instantaneously, at the
+        beginning of a control period, and conserve the momentum about the contact, $P = (1 + beta)
+        v$, here and below with what is added in $beta$: a smaller ratio at full speed adds energy,
+        by the work done on the masses; a larger ratio at rest changes no energy. Energy is
+        conserved while the ratio is constant. The motion has no slip for any `mu`.
 
         From one turning point to the next, $d(P^2)/ds = -2 (1 + beta) g sin(curvature s)$ shows
         that under any policy the height grows by a factor of at most $(1 + beta_hi) / (1 + beta_lo)
@@ -201,9 +200,6 @@ class RollPump(Rolling):
         the height $h$ to the rim it takes $log(h_rim / h) / log(10/7)$ passes, rounded up. No
         policy reaches the rim in less time than $(n - 1/2) pi sqrt((1 + beta_lo) / (g curvature))$
         with $n$ the number of passes.
-
-    Version History:
-        v0: first version.
 
     Source:
         Tea & Falk 1968, "Pumping on a swing", American Journal of Physics 36, for a swing of

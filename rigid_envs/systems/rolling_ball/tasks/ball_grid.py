@@ -258,11 +258,10 @@ class BallGrid(Task):
     0: Gaussian noise is not defined for discrete actions.
 
     Physics:
-        A quarter roll, $v = omega x radius e_z$ held for a quarter turn, is an odd permutation of
-        the four diagonals of a cube: after an even number of moves the attitude is one of the 12
-        even ones, after an odd number one of the 12 odd ones. The other 12 of the 24 attitudes
-        cannot be reached in that cell. The opposite move undoes a move. A move to $+x$ turns by $pi
-        / 2$ about $+y$, a move to $+y$ about $-x$.
+        A quarter roll is an odd permutation of the four diagonals of a cube: after an even number
+        of moves the attitude is one of the 12 even ones, after an odd number one of the 12 odd
+        ones. The other 12 of the 24 attitudes cannot be reached in that cell. The opposite move
+        undoes a move. A move to $+x$ turns by $pi / 2$ about $+y$, a move to $+y$ about $-x$.
 
     Rewards:
         `moves` = -1 in every step, `home` = 1 in the step that reaches home: the shortest path has
@@ -282,9 +281,6 @@ class BallGrid(Task):
 
         Exact: 12 of the 24 attitudes can be reached in each cell, the same 12 in all cells of one
         chessboard colour, and the other 12 in the cells of the other colour.
-
-    Version History:
-        v0: first version.
 
     Source:
         Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79.

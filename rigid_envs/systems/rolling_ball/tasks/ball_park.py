@@ -87,19 +87,6 @@ POSE = (
 )
 """Entries of `pose_seen`: offset r, rotation vector theta, mismatch m = (theta_x, theta_y - r)."""
 
-POSE_FORMULAS = """
-    With $p$ the offset and $theta$ the rotation vector of Rewards, the frame has the $x$-axis $(c,
-    s) = p / |p|$. Where $p$ is 0 it is along $(theta_y, -theta_x)$, and where that is 0 too along
-    the $x$-axis of the world; lengths below $1e-9$ are 0. The side $k$ is -1 where $theta_z < 0$,
-    else 1. A horizontal vector $(v_x, v_y)$ is seen as $(c v_x + s v_y, k (c v_y - s v_x))$, and
-    $theta$ as $(k (c theta_x + s theta_y), c theta_y - s theta_x, k theta_z)$. An action $(a, b)$
-    in the frame is $(c a - s k b, s a + c k b)$ in the world, rounded to float32.
-
-    $r$ is $min(|p|, 50)$, and $m = (theta_x, theta_y - r)$ in the frame, with signed roots
-    $sign(m_x) sqrt(|m_x|)$, which are not rounded off.
-"""
-"""The frame of a pose and the entries of `POSE`, in words."""
-
 
 @scalar
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
@@ -123,7 +110,17 @@ BALL_POSE = Reduction(
     Frame=Frame,
     frame_of=frame_of,
     turn=turn,
-    formulas=POSE_FORMULAS,
+    formulas="""
+    With $p$ the offset and $theta$ the rotation vector of Rewards, the frame has the $x$-axis $(c,
+    s) = p / |p|$. Where $p$ is 0 it is along $(theta_y, -theta_x)$, and where that is 0 too along
+    the $x$-axis of the world. The side $k$ is the sign of $theta_z$. A horizontal vector $(v_x,
+    v_y)$ is seen as $(c v_x + s v_y, k (c v_y - s v_x))$, and $theta$ as $(k (c theta_x + s
+    theta_y), c theta_y - s theta_x, k theta_z)$. An action $(a, b)$ in the frame is $(c a - s k b,
+    s a + c k b)$ in the world.
+
+    $r$ is $min(|p|, 50)$, and $m = (theta_x, theta_y - r)$ in the frame, with signed roots
+    $sign(m_x) sqrt(|m_x|)$, which are not rounded off.
+    """,
 )
 """Reduction of `BallPark`: O(2), turns about the vertical through the goal and reflections."""
 
@@ -212,10 +209,8 @@ class BallPark(RollsAsTold):
     a manoeuvre.
 
     Physics:
-        Rolling without slipping, $v = omega x radius e_z$, makes the horizontal angular velocity
-        $omega = (-VY, VX, 0) / radius$ in world axes. A step holds the velocity, and is the exact
-        rotation by $|v| dt / radius$ about the axis $e_z x v$. An action of length 1 rolls a ball
-        of any radius by `roll_per_step`.
+        The spin is 0, and a step is the exact rotation by $|v| dt / radius$ about $e_z x v$. An
+        action of length 1 rolls a ball of any radius by `roll_per_step`.
 
         The two control vector fields and their Lie brackets span 2, 3 and 5 dimensions (growth
         vector $(2, 3, 5)$). A small counter-clockwise loop of area $A$ turns the ball by $-A /
@@ -248,11 +243,8 @@ class BallPark(RollsAsTold):
         polygon with one side per step. `three_rolls` takes three straight rolls; two are not enough
         for every pose.
 
-        Bound: no path is shorter than $max(distance, radius angle)$, less the tolerance. Paths that
-        end at the edge of the tolerance may be shorter than those that end exactly at the goal.
-
-    Version History:
-        v0: first version.
+        Paths that end at the edge of the tolerance may be shorter than those that end exactly at
+        the goal.
 
     Source:
         Jurdjevic 1993, "The geometry of the plate-ball problem", doi:10.1007/BF00375605; shortest
@@ -307,8 +299,6 @@ class BallParkRandom(BallPark):
 
     Reference:
         The controllers of `BallPark`, which plan with the drawn radius.
-
-        Bound: no path is shorter than $max(distance, radius angle)$, less the tolerance.
     """
 
     radius: Range = (0.5, 2.0)
@@ -343,8 +333,7 @@ class BallReorient(BallPark):
     Reference:
         The controllers of `BallPark`.
 
-        Bound: no path is shorter than $radius angle$, less the tolerance. Over all attitudes the
-        mean angle is $pi / 2 + 2 / pi$.
+        Over all attitudes the mean angle is $pi / 2 + 2 / pi$.
 
     Source:
         Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79; Jurdjevic 1993, "The

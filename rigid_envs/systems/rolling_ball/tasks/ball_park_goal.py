@@ -251,12 +251,6 @@ class BallParkGoal(RollsAsTold):
         `shortest_path` rolls from pose to goal as in `BallPark` and then rests; `three_rolls` takes
         three straight rolls.
 
-        Bound: no path is shorter than $max(distance, radius angle)$ from pose to goal, less the
-        tolerance.
-
-    Version History:
-        v0: first version.
-
     Source:
         Jurdjevic 1993, "The geometry of the plate-ball problem", doi:10.1007/BF00375605; three
         rolls: Hammersley 1983, "Oxford commemoration ball", LMS Lecture Notes 79; hindsight

@@ -65,8 +65,8 @@ ALONG_PATH = Reduction(
     turn=turn,
     formulas="""
         The frame is as in `BallPark`, with $(c, s)$ the heading of the reference and the side $k$
-        -1 where the curvature is negative, else 1: offset and force are seen as horizontal vectors,
-        $theta$ as there, and the curvature as its magnitude.
+        the sign of the curvature: offset and force are seen as horizontal vectors, $theta$ as
+        there, and the curvature as its magnitude.
     """,
 )
 """Reduction of `BallSteer`: only the error and the shape of the path ahead matter."""
@@ -229,13 +229,13 @@ class BallSteer(RollsAsTold):
         the `wavenumber` $w$ per radius; the shortest paths of a rolling ball between poses are
         elasticae. One is the closed elastica, a figure eight (modulus 0.909), which is $9.28 / w$
         radii long; the others have a modulus of 0.6 to 1.2, and above 1 their heading turns in one
-        sense only. The reference rolls them as polygons, one side of length $l = reference_speed
-        roll_per_step radius$ in each control period. It has a heading $h$, a unit vector; the
-        curvature $kappa$ of its path; and the constant force $F$ of its path, $(wavenumber /
-        radius)^2$ along the axis. In a period it rolls like the ball by its action,
-        $reference_speed h$ rounded to float32, while $kappa$ grows by $l / 2 (h x F)$, $h$ then
-        turns by $l kappa$, and $kappa$ grows by $l / 2 (h x F)$ of the new $h$. Observed are its
-        action in the coming period, and $kappa$ and $F$.
+        sense only. The reference, a ball of the same radius, rolls them as polygons, one side of
+        length $l = reference_speed roll_per_step radius$ in each control period. It has a heading
+        $h$, a unit vector; the curvature $kappa$ of its path; and the constant force $F$ of its
+        path, $(wavenumber / radius)^2$ along the axis. In a period it rolls like the ball by its
+        action, $reference_speed h$ rounded to float32, while $kappa$ grows by $l / 2 (h x F)$, $h$
+        then turns by $l kappa$, and $kappa$ grows by $l / 2 (h x F)$ of the new $h$. Observed are
+        its action in the coming period, and $kappa$ and $F$.
 
     Rewards:
         `close` = $1 / (1 + 5 error)$, with the pose error $sqrt(|p|^2 + |theta|^2)$: $p$ the offset
@@ -261,9 +261,6 @@ class BallSteer(RollsAsTold):
 
         Exact: zero error for the whole episode is feasible from zero offset, as the actions of the
         reference are rounded like all others and can be copied bit for bit.
-
-    Version History:
-        v0: first version.
 
     Source:
         Elasticae: Love, *Mathematical Theory of Elasticity*, section 262; as shortest paths:

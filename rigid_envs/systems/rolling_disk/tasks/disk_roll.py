@@ -198,10 +198,10 @@ CIRCLE = Reduction(
     frame_of=frame_of,
     turn=turn_one,
     formulas="""
-        With $s = -1$ where the commanded curvature is negative, else 1, and $t = -s$ where $w3$ is
-        negative, else $s$: lean, $theta'$, both curvatures and the action are multiplied by $s$,
-        $w_n$ and $w3$ by $t$. Of what is multiplied, with lean $x$, curvature $k$ and its goal
-        $k*$: $e = (k - k*) / k*$, and the logarithm is that of $|e| <= 20$.
+        With the sign $s$ of the commanded curvature, and $t = s$ times the sign of $w3$: lean,
+        $theta'$, both curvatures and the action are multiplied by $s$, $w_n$ and $w3$ by $t$. Of
+        what is multiplied, with lean $x$, curvature $k$ and its goal $k*$: $e = (k - k*) / k*$, and
+        the logarithm is that of $|e| <= 20$.
 
         With $a = 2 w3 + w_n tan x$ and $b = 2 w_n / 3$, the changes of $w_n$ and $w3$ with the lean
         of a uniform disk, $psi' = w3 + w_n tan x$, and $c = (a / cos x - k (b + a tan x + w_n /
@@ -361,9 +361,6 @@ class DiskRoll(Rolling):
     Reference:
         `lqr` is the linear-quadratic regulator of the lean about steady rolling on the commanded
         circle, with the torque of steady rolling as feedforward.
-
-    Version History:
-        v0: first version.
 
     Source:
         Routh, *Advanced Rigid Dynamics*, section 244; O'Reilly 1996, "The dynamics of rolling disks

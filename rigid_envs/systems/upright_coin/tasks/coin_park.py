@@ -152,8 +152,8 @@ COIN_POSE = Reduction(
     turn=turn,
     formulas="""
         With $x$ and $y$ the offset in radii, limited to $+-50$, and $m = x + psi$ within half a
-        turn: $a$ is -1 where $m < 0$, $b$ where $y < 0$, else 1. $x$, $psi$, $m$ and the roll rate
-        are multiplied by $a$; $y$ by $b$; $phi$ and the steer rate by $a b$.
+        turn: $a$ is the sign of $m$, $b$ that of $y$. $x$, $psi$, $m$ and the roll rate are
+        multiplied by $a$; $y$ by $b$; $phi$ and the steer rate by $a b$.
 
         Of what is multiplied: $ahead$ is $x cos phi + y sin phi$, $aside$ $y cos phi - x sin phi$,
         and $D^2 = x^2 + y^2$. With $h = -psi - ahead$ and $e = psi^2 - D^2$, the signed root is
@@ -258,12 +258,11 @@ class CoinPark(Rolling):
     another length than the straight one.
 
     Physics:
-        $(X', Y') = -radius psi' (cos phi, sin phi)$ with the heading $phi$ and the roll phase
-        $psi$. Both rates are set at once, so each step is an arc, exact to $4e-11$ rad, and those
-        of the start do not matter. Mass, moments and $g$ have no effect on the motion, as the rates
-        are given. $phi$ and $psi$ are within half a turn. Actions of 1 roll by `roll_per_step` and
-        turn by `steer_per_step`. On the arc the coin needs the coefficient of friction $radius
-        |phi' psi'| / g$; what the jumps of the rates would need is not counted.
+        Both rates are set at once, so each step is an arc, exact to $4e-11$ rad, and those of the
+        start do not matter. Mass, moments and $g$ have no effect on the motion, as the rates are
+        given. $phi$ and $psi$ are within half a turn. Actions of 1 roll by `roll_per_step` and turn
+        by `steer_per_step`. On the arc the coin needs the coefficient of friction $radius |phi'
+        psi'| / g$; what the jumps of the rates would need is not counted.
 
         The two control vector fields and their Lie brackets span 2, 3 and 4 dimensions (growth
         vector $(2, 3, 4)$). At the goal steering and rolling are directly controlled, the lateral
@@ -290,11 +289,7 @@ class CoinPark(Rolling):
         `two_rolls` takes two straight rolls by $a$ and $b$ with turns between them, $a u_1 + b u_2
         = D$ and $a + b = 2 pi k - psi$ with $D$ the offset in radii and $u$ the headings.
 
-        Bound: no path is shorter than $max(distance, radius |psi|)$, less the tolerance. Turning
-        while rolling takes fewer steps.
-
-    Version History:
-        v0: first version.
+        Turning while rolling takes fewer steps.
 
     Source:
         Bloch, *Nonholonomic Mechanics and Control*, section 1.4; Murray & Sastry 1993,
