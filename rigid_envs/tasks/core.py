@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import TOLERANCE, Array, Bools, Integers, one_of, real_numbers, require
-from rigid_envs.engine.compiler import COMPILES, compiled_for
+from rigid_envs.engine.compiler import compiled_for
 from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.engine.layout import CHANNEL, CLOCK, FLAGS, Sizes
 from rigid_envs.engine.loops import BEGIN, BEGIN_UNSEEN, OBSERVE, PARAMETERS_GIVEN, Reset
@@ -289,7 +289,7 @@ class Core:
         self.task = task
         self.n_rows = n_rows
         self._n_blocks = -(-n_rows // LANES)
-        self._n_threads = min(n_threads, self._n_blocks) if COMPILES else 1
+        self._n_threads = min(n_threads, self._n_blocks)
         self.buffer, self._settings = new_buffer(task, n_rows, max_steps)
         self._make_views()
         self.renew_outputs()
