@@ -45,7 +45,7 @@ class Row(NamedTuple):
     env_id: str
     policy: str
     figures: Mapping[str, Any]
-    cost: Cost | None
+    cost: Cost
     source: str
     unranked: str | None
 
@@ -56,6 +56,7 @@ def row_of(found: Evaluation) -> Row:
     if found.unranked is None and found.n != N_STARTS:
         unranked = f"n = {found.n}; expected all {N_STARTS} starts"
     source = _source(found.n, found.seed, found.provenance)
+    assert found.cost is not None  # of an id that has a record
     return Row(found.env_id, found.policy, found.figures(), found.cost, source, unranked)
 
 
@@ -278,7 +279,7 @@ def _cells(result: Row) -> tuple[str, ...]:
         interval,
         f"**{efficiency}**",
         ends,
-        "cost" if cost is None else cost._replace(unit=in_markdown(cost.unit)).title,
+        cost._replace(unit=in_markdown(cost.unit)).title,
         *("-" if mean is None else f"{mean:.4g}" for mean in means),
         "-" if figures["gap"] is None else f"{100 * figures['gap']:.1f} %",
     )
