@@ -14,6 +14,7 @@ from rigid_envs.control.planning.model import (
     conditions_of,
     tracking_gains,
 )
+from rigid_envs.engine.layout import FLAGS
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores.evaluation import make_rows
@@ -61,6 +62,13 @@ def test_a_rollout_is_that_of_the_environment(env_id):
         np.testing.assert_array_equal(env.unwrapped.get_state()["y"].ravel(), motion.y[-1, row])
 
 
+def largest_errors(model, motion):
+    """Largest norm of an error after each step, over its tolerance, shape (T, N)."""
+    return np.max(
+        [np.linalg.norm(motion.errors[..., group], axis=-1) for group in model.groups], axis=0
+    )
+
+
 @pytest.mark.parametrize("env_id", [*ONE_EACH, *OTHERS])
 def test_the_errors_say_what_success_is(env_id):
     record = gym.spec(env_id)
@@ -77,9 +85,7 @@ def test_the_errors_say_what_success_is(env_id):
         actions.append(act(seen))
         seen = envs.step(actions[-1])[0]
     motion = model.roll(np.array(actions, dtype=np.float64))
-    sizes = np.stack(
-        [np.linalg.norm(motion.errors[..., group], axis=-1) for group in model.groups]
-    ).max(axis=0)
+    sizes = largest_errors(model, motion)
     if (model.first == T).all():  # success is one step
         met = (sizes <= 1.0).any(axis=0)
     else:
@@ -88,13 +94,23 @@ def test_the_errors_say_what_success_is(env_id):
         )
     assert met.any()
     np.testing.assert_array_equal(met, motion.successes)
-    if "held" in model.task.aux_names:  # the time of success so far
-        core = Core(model.task, n)
-        core.set_state(start)
-        for action, size in zip(motion.actions, sizes, strict=True):
-            core.actions[...] = action
-            core.step()
+    core, before, won = Core(model.task, n), [], []
+    core.set_state(start)
+    for action, size in zip(motion.actions, sizes, strict=True):
+        before.append(core.get_state())
+        core.actions[...] = action
+        core.step()
+        won.append(core.flags[FLAGS.is_success].copy())
+        if "held" in model.task.aux_names:  # the time of success so far
             np.testing.assert_array_equal(size <= 1.0, core.auxiliary("held") > 0.0)
+    # the first step to succeed again, each component by itself moved until none does any more
+    t, row = np.argwhere(won)[0]
+    away = np.kron(np.geomspace(1e-3, 1.0, 50)[:, None], np.eye(core.y.shape[1])[model.index])
+    state = {key: part[[row]].repeat(len(away), axis=0) for key, part in before[t].items()}
+    moved = Model(model.task, state | {"y": state["y"] + away}, 1)
+    motion = moved.roll(motion.actions[[t]][:, [row]].repeat(len(away), axis=1))
+    np.testing.assert_array_equal(largest_errors(moved, motion)[0] <= 1.0, motion.successes)
+    assert 0 < motion.successes.sum() < len(away)
 
 
 @pytest.mark.parametrize("env_id", IDS)
