@@ -131,10 +131,18 @@ def test_a_plan_moves_on_by_one_step():
     np.testing.assert_array_equal(choices.shift(np.eye(2)), [[0.0, 1.0], [0.5, 0.5]])
 
 
+@pytest.mark.parametrize("mixing", [1e-9, 0.3, 1.0])
+def test_of_choices_that_are_not_drawn_only_the_uniform_share_is_left(mixing):
+    plan = predictive.CrossEntropyChoices(5, 1, 4, mixing=mixing)
+    share = plan.improve(np.zeros((1, 5, 1), np.int64), np.arange(5.0))
+    np.testing.assert_allclose(share, [[1.0 - 0.75 * mixing, *3 * [0.25 * mixing]]], rtol=1e-14)
+
+
 def test_numbers_outside_their_range_are_refused():
     refuses("n_samples = 1; expected an integer of at least 2", predictive.PathIntegral, 1, 5)
     refuses(r"correlation = 1.0; .* in \[0, 1\)", predictive.PathIntegral, 8, 5, correlation=1.0)
     refuses("n_choices = 1", predictive.CrossEntropyChoices, 8, 5, 1)
+    refuses(r"mixing = 1.1; .* in \(0, 1\]", predictive.CrossEntropyChoices, 8, 5, 3, mixing=1.1)
 
 
 casadi = pytest.importorskip("casadi")

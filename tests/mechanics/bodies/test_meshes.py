@@ -282,24 +282,24 @@ def test_densities_that_are_none_are_refused(density, message):
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
-def test_a_centre_that_has_not_converged_is_refused_whatever_the_unit_of_mass(scale):
+def test_a_centre_that_has_not_converged_is_refused_whatever_the_units(scale):
     # The jump is odd: it moves the centre by 1e-4 of a side, of which 64 nodes miss about 1e-4,
     # far more than 1e-10; no node sees it in the mass, and the moments about the centre lose the
     # square of its place, of which as much is missed: 1e-12
     with pytest.raises(ValueError, match=r"^change of the integrals of the density"):
-        from_density(lambda r: scale * (1.0 + 1e-4 * np.sign(r[:, 0])), UNIT_CUBE)
+        from_density(lambda r: scale * (1.0 + 1e-4 * np.sign(r[:, 0])), Region.box(*3 * [scale]))
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1.0, 1e9])
-def test_moments_that_have_not_converged_are_refused_whatever_the_unit_of_mass(scale):
+def test_moments_that_have_not_converged_are_refused_whatever_the_units(scale):
     # What the layer across x adds to the mass, the one across y takes away, and both are even: mass
     # and centre are those of the cube. Moments about x and y change by 2e-6 from 32 to 64 nodes
     def layers(r):
-        x, y, _ = np.abs(r.T)
+        x, y, _ = np.abs(r.T) / scale
         return scale * (1.0 + 1e-3 * (1.0 * (x < 0.3) - 1.0 * (y < 0.3)))
 
     with pytest.raises(ValueError, match=r"^change of the integrals of the density"):
-        from_density(layers, UNIT_CUBE)
+        from_density(layers, Region.box(*3 * [scale]))
 
 
 def test_regions_without_volume_are_refused():

@@ -14,6 +14,7 @@ from rigid_envs.systems.rolling_ball import controllers, references
 from rigid_envs.systems.rolling_ball.references import straight_rolls
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_ball.tasks.ball_steer import _EIGHT
+from tests.refusals import refuses
 from tests.systems.runs import bound, rows, run
 
 # Following a ball that rolls ahead: costs along closed loops, elasticae, and BallSteer.
@@ -168,6 +169,13 @@ def test_no_velocity_is_larger_than_the_largest_and_the_correction_keeps_its_dir
     whole = follower.gain / RATE * wanted[inside]
     np.testing.assert_allclose(added[inside], whole, rtol=0, atol=1e-12)
     assert 0 < np.sum(inside) < 150
+
+
+def test_a_ball_ahead_that_is_faster_than_the_follower_can_be_is_refused(damped, ahead):
+    y, faster = BALL.state(), (1.0 + 1e-5) * RATE * 0.7 * np.array([0.6, 0.8])
+    message = r"^velocity = .*; expected at most radius \* rate = 2.8 \[m/s\]"
+    refuses(message, damped[0], y, y, faster)
+    refuses(message, ahead[0], y, y, faster, ahead[2].gain[0, 0])
 
 
 def test_each_row_of_a_batch_has_the_gains_that_it_has_alone(ahead):
