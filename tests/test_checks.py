@@ -77,6 +77,7 @@ def test_an_array_of_positive_numbers_holds_no_zero():
 def test_shapes_are_refused_in_words_that_say_which():
     expected = "y has shape (2,); expected (..., 3): the last axis is (a, b, c)"
     assert refusal(checks.array, np.ones(2), "y", 3, entries="a, b, c") == expected
+    assert refusal(checks.array, np.ones(2), "y", 3) == "y has shape (2,); expected (..., 3)"
     assert refusal(checks.exact_array, np.ones(2), "y", 3) == "y has shape (2,); expected (3,)"
     assert refusal(checks.exact_array, np.ones((0, 3)), "y", "n", 3).endswith("expected (n, 3)")
     assert checks.array(np.ones((4, 2, 3)), "y", 2, 3).shape == (4, 2, 3)

@@ -357,8 +357,8 @@ def test_a_rate_at_the_end_of_its_interval_holds_and_another_file_is_told(tmp_pa
     write_record(tmp_path / f"{name}.json", replace(published_record(name), successes=won))
     like = published_evaluation(name)
     for rate, held in ((1.0, True), (0.9, False)):
-        success = {"success": (np.arange(500) < 500 * rate).astype(np.float64)}
-        found = replace(like, values={**like.values, **success})
+        success = (np.arange(500) < 500 * rate).astype(np.float64)
+        found = replace(like, values={"success": success, like.cost.name: 2.0 * like.costs})
         monkeypatch.setattr(
             "rigid_envs.scores.evaluation.evaluate",
             lambda *a, seed, f=found, **k: replace(f, seed=seed),

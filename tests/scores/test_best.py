@@ -230,10 +230,10 @@ def test_plans_cost_what_the_data_say(env_id):
 def test_plans_are_read_as_they_were_written(tmp_path):
     actions = np.random.default_rng(0).uniform(-1.0, 1.0, (5, 3, 2)).astype(np.float32)
     file = tmp_path / "plans.npz"
-    write(file, best.StoredPlans(actions, 4))
+    write(file, best.StoredPlans(actions, 2000))  # for as long as a plan may last
     again = best.read_plans(file)
     np.testing.assert_array_equal(again.actions, actions)
-    assert again.hold == 4
+    assert again.hold == 2000
 
 
 SOUND = np.zeros((5, 3, 2), np.float32)
