@@ -213,18 +213,17 @@ def conical(x: Array, y: Array, mu: float) -> tuple[Array, Array]:
     k = np.arange(_TERMS)
     a = np.cumprod(np.concatenate([[1.0], (mu + k[:-1] + k[:-1] ** 2) / k[1:] ** 2]))
     polynomial = np.polynomial.polynomial.polyval
-    near, far = np.minimum(x, 0.5), np.minimum(y, 0.5)
     xi = 0.5 + cmath.sqrt(0.25 - mu)
     other = mu / xi  # 1 - xi, without the cancellation for small mu
     scale = (cmath.sin(math.pi * other) / math.pi).real
     lag = a * (2.0 * digamma(k + 1.0) - (digamma(xi + k) + digamma(other + k)).real)
-    log, rest = np.log(far), a[1:] * k[1:]
-    beyond = polynomial(far, lag) - log * polynomial(far, a)
-    slope = log * polynomial(far, rest) + polynomial(far, a) / far
-    slope = slope - polynomial(far, lag[1:] * k[1:])
+    log, rest = np.log(y), a[1:] * k[1:]
+    beyond = polynomial(y, lag) - log * polynomial(y, a)
+    slope = log * polynomial(y, rest) + polynomial(y, a) / y
+    slope = slope - polynomial(y, lag[1:] * k[1:])
     return (
-        np.where(x <= 0.5, polynomial(near, a), scale * beyond),
-        np.where(x <= 0.5, polynomial(near, rest), scale * slope),
+        np.where(x <= 0.5, polynomial(x, a), scale * beyond),
+        np.where(x <= 0.5, polynomial(x, rest), scale * slope),
     )
 
 
