@@ -24,7 +24,6 @@ def needed(module: str, why: str) -> Any:
         DependencyNotInstalled: it is missing; names the command that installs it.
     """
     try:
-        importlib.import_module(module.partition(".")[0])
         return importlib.import_module(module)
     except ImportError as error:
         raise DependencyNotInstalled(f'{why}: pip install "rigid-envs[render]"') from error

@@ -260,7 +260,8 @@ def test_a_failure_on_the_way_leaves_the_old_film(tmp_path, suffix):
 
 
 @pytest.mark.parametrize(
-    ("suffix", "module"), [(".mp4", "imageio_ffmpeg"), (".gif", "PIL"), (".webp", "PIL")]
+    ("suffix", "module"),
+    [(".mp4", "imageio_ffmpeg"), (".gif", "PIL.Image"), (".webp", "PIL.Image")],
 )
 def test_without_the_extra_it_says_what_to_install(tmp_path, suffix, module, monkeypatch):
     monkeypatch.setitem(sys.modules, module, None)
