@@ -124,7 +124,7 @@ def polhode(moments: ArrayLike, omega0: ArrayLike) -> Polhode:
     m1 = gap / scale if scale else 1.0
     sn, cn, dn = w2 / a2 if a2 else 0.0, w1 / a1 if a1 else 1.0, w3 / a3 if a3 else 1.0
     return Polhode(
-        m=j1 * abs(j2 - j1) * a1 * a1 / scale if scale else 0.0,
+        m=min(j1 * abs(j2 - j1) * a1 * a1 / scale, 1.0) if scale else 0.0,
         m1=min(m1, 1.0) if m1 > special.SMALLEST else 0.0,
         rate=math.copysign(size * a3 * math.sqrt((j3 - j2) * (j3 - j1) / (j1 * j2)), j3 - j2),
         start=float(special.argument(sn, cn, dn)),

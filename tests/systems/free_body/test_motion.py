@@ -98,6 +98,7 @@ def test_the_interval_of_flips_reaches_its_asymptote_with_the_square_of_the_pert
 def test_a_body_at_rest_or_on_its_intermediate_axis_never_flips(omega0):
     path = free_body.polhode(BODY, omega0)
     assert path.flip_asymptote == path.flip_interval == path.period == math.inf
+    assert path.m + path.m1 == 1.0
 
 
 @every(cases("racket_rates"))
