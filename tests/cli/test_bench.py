@@ -132,7 +132,7 @@ def test_the_report_fits_a_page_and_names_the_peers():
     assert not re.search("goal|target|met", text)  # an installed user has no targets
     alone = as_text(provenance(), FIGURES._replace(speeds=FIGURES.speeds[:1], mujoco=()))
     for header in ("substeps per control period", "time of  ", "speed of  "):  # of what there is
-        assert header in text and header not in alone
+        assert f"\n{header}" in text and header not in alone
 
 
 def test_three_digits_are_shown_and_the_unit_that_they_need():

@@ -31,6 +31,7 @@ READ = [
     ["describe", "PATH"],
     ["compile", "PATH"],
     ["play", "PATH"],
+    ["list", "--allow-import", "PATH"],
 ]
 WRITTEN = [
     ["docs", "PATH", "--ids", "BallPark"],
