@@ -108,7 +108,7 @@ def test_a_clock_that_is_set_counts_in_rows_without_a_limit_too():
         state, last = fresh(env).get_state(), env.task.stable_steps()
         action = np.ones(env.action_space.shape, dtype=np.float32)
         for first in (env.task.registered_steps(), last - 1):
-            state["clock"][..., 3] = first
+            np.atleast_2d(state["clock"])[0, 3] = first  # of one row
             env.set_state(state)
             for _ in range(first, last):
                 env.step(action)

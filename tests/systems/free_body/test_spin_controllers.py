@@ -121,6 +121,9 @@ def test_the_energy_casimir_function_decreases_everywhere_as_stated(strength, da
     found = rate_along(controller.lyapunov, y, rate_of(controller, y), OMEGA)
     np.testing.assert_allclose(found, controller.lyapunov_rate(y), atol=1e-12 * np.abs(found).max())
     assert (found < 0.0).all()
+    faster = BODY.state(omega_body=(RATE + 1.0) * E2)  # V is s I2 (I3 - I2) / (I3 - I1) / 2
+    expected = damping**2 * BODY.moments.prod() / (BODY.I3 - BODY.I1)
+    assert controller.lyapunov(faster) == pytest.approx(expected, rel=1e-12)
 
 
 def test_the_energy_casimir_controller_leads_to_the_spin_from_everywhere_without_limits():

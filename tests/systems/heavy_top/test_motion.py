@@ -200,7 +200,11 @@ def test_the_angles_are_those_of_the_attitude(body, q0, omega0):
     assert abs(phi[0]) <= np.pi + 1e-15 and abs(psi[0]) <= np.pi + 1e-15
 
 
-@pytest.mark.parametrize(("theta", "across"), [(0.7, 0.3), (1.7, 2.5)], ids=["highest", "lowest"])
+@pytest.mark.parametrize(
+    ("theta", "across"),
+    [(0.7, 0.3), (1.7, 2.5), (math.pi - 1e-5, 1e-5)],
+    ids=["highest", "lowest", "hanging"],
+)
 def test_the_rates_of_the_start_keep_their_digits_beside_a_turning_point(theta, across):
     for climb in np.geomspace(1e-9, 0.1, 20):
         omega0 = (climb, across, 2.0)
