@@ -95,6 +95,12 @@ def test_weights_do_not_depend_on_unit_or_origin_of_costs():
     np.testing.assert_array_equal(predictive.weights(np.full(8, 3.0), 0.1), 1.0 / 8.0)
 
 
+@pytest.mark.parametrize(("n_samples", "n"), [(2, 1), (39, 1), (40, 2), (100, 5)])
+def test_the_temperature_is_a_part_of_the_span_of_the_least_twentieth(n_samples, n):
+    w = predictive.weights(np.random.default_rng(0).normal(size=n_samples), 0.2)
+    assert np.sort(w)[-1 - n] == pytest.approx(w.max() * np.exp(-1.0 / 0.2))
+
+
 def test_how_badly_the_worst_fail_does_not_matter():
     costs = np.sort(np.random.default_rng(0).normal(size=(5, 100)))
     fallen = costs + np.where(np.arange(100) < 50, 0.0, 1e6)  # half of the rollouts

@@ -329,9 +329,11 @@ def test_what_is_due_is_the_first_step_of_the_plan():
 
 
 @pytest.mark.parametrize("env_id", [TOP, DETUMBLE, "RigidEnvs/BallGrid-v0"])
-def test_plans_that_are_drawn_look_three_seconds_ahead_and_thirty_steps_at_least(env_id):
+def test_256_plans_are_drawn_for_three_seconds_ahead_and_thirty_steps_at_least(env_id):
     task = make_rows(env_id, 1).task
-    horizon = policies.sampling(task).planner.horizon
+    planner = policies.sampling(task).planner
+    horizon = planner.horizon
+    assert planner.n_samples == 256
     assert horizon >= 30 and horizon * task.dt >= 3.0 - 0.5 * task.dt
     assert horizon == 30 or horizon * task.dt <= 3.0 + 0.5 * task.dt
 

@@ -68,6 +68,8 @@ def test_errors_are_looked_at_at_both_ends_of_their_time_and_where_they_are_larg
         ):
             assert np.linalg.norm(direction) == pytest.approx(1.0)
             assert value == pytest.approx(direction @ errors[t, row])
+    late = looked_at(errors[:, -6:], groups, first[-6:], n_parts, np.full(6, 0.5))
+    np.testing.assert_array_equal(late.steps, np.full((6, 3), T - 1))  # each entry once
 
 
 @pytest.mark.parametrize("size", [0.2, 0.6, 0.9, 1.0, 3.0])

@@ -53,7 +53,8 @@ def test_the_number_of_passes_is_the_least_with_which_the_controller_comes_over_
             top = (1.0 - np.cos(rim)) / 0.3
             heights = turning_points(bang_bang, start, n + 1, DT)
             assert heights[n] > top * (1.0 - 1e-3 * n)
-            assert n == 0 or heights[n - 1] < top
+            assert heights[n - 1] < top
+    assert PUMP.least_passes([2.0, 0.0], 0.5) == 0  # it starts beyond the rim, at an angle of 0.6
 
 
 def test_the_height_is_constant_while_the_ratio_stays_and_that_of_the_turning_point():
