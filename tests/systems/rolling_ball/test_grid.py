@@ -164,6 +164,13 @@ def test_a_ball_is_carried_along_unturned_by_rolls_of_two_whole_turns_together()
     np.testing.assert_allclose(length(controllers.three_rolls(start, goal)), 4.0 * np.pi, rtol=1e-6)
 
 
+def test_plans_are_those_of_seed_0_unless_another_is_given():  # published costs are theirs
+    start, goal = (each[:3] for each in FROM_TO["anywhere in a square"])
+    plans = [controllers.three_rolls(start, goal, seed=seed) for seed in (0, 1)]
+    np.testing.assert_array_equal(controllers.three_rolls(start, goal), plans[0])
+    assert (plans[0] != plans[1]).any()
+
+
 def test_plans_scale_with_the_radius():
     start, goal = FROM_TO["anywhere in a square"]
     size = np.array([1.0, 1.0, 1.0, 1.0, 0.3, 0.3])

@@ -324,6 +324,11 @@ def test_three_straight_rolls_park_every_ball(env_id):
     assert (found.cost[:n] <= length * (1.0 + 1e-6)).all()
 
 
+def test_a_ball_of_another_radius_is_parked_along_its_shortest_path():
+    policy = bound(reference_controllers("RigidEnvs/BallPark-v0")["shortest_path"])
+    assert run("BallPark", policy, n=1, radius=0.8).success.all()
+
+
 @pytest.mark.parametrize("env_id", ["BallPark", "BallReorient"])
 def test_no_way_is_shorter_than_the_bound_less_the_tolerance(env_id):
     found = planned(env_id)
