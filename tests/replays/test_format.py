@@ -161,6 +161,7 @@ CHANGES = {
     r"0/rewards has dtype float32": lambda a: a.update(
         {"0/rewards": a["0/rewards"].astype(np.float32)}
     ),
+    r"0/rewards has shape \(\); expected \(0,\)": lambda a: a.update({"0/rewards": np.array(1.0)}),
     r"0/u\[0, 0\] = nan": lambda a: a["0/u"].__setitem__((0, 0), np.nan),
     r"0/q.*length 1": lambda a: a["0/y"].__setitem__((2, slice(0, 4)), 2.0),
     r"0/times do not increase": lambda a: a["0/times"].__setitem__(3, 0.0),

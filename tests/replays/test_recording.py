@@ -155,12 +155,23 @@ def test_what_records_or_plays_closes_its_environment(tmp_path, monkeypatch, fil
     assert [env.num_envs for env in closed] == [1, 1]
 
 
+def test_a_recorder_is_made_again_from_the_spec_of_its_environment(tmp_path):
+    env = gym.make(PARK, max_episode_steps=1)
+    env = gym.make(RecordReplay(env, tmp_path / "again.npz", "PPO", last=1).spec)
+    for _ in range(2):
+        env.reset()
+        env.step(np.zeros(2, dtype=np.float32))
+    env.close()
+    (episode,) = load_replay(tmp_path / "again.npz").episodes
+    assert episode.label == "PPO"
+
+
 def test_what_cannot_be_recorded_is_refused():
     refuses("expected an environment of rigid_envs", RecordReplay, gym.make("CartPole-v1"))
     rescaled = gym.wrappers.RescaleAction(gym.make(PARK), np.float32(-2.0), np.float32(2.0))
     refuses("record first, then wrap", RecordReplay, rescaled)
-    with pytest.raises(ValueError, match=r"rows = \(3,\); expected rows from 0 to 1"):
-        RecordRows(gym.make_vec(PARK, 2), rows=(3,))
+    for rows in ((2,), (0, -1), (True,)):
+        refuses("; expected rows from 0 to 1", RecordRows, gym.make_vec(PARK, 2), rows=rows)
     refuses("play an episode first", RecordReplay(gym.make(PARK)).replay)
 
 
@@ -241,6 +252,13 @@ def test_episodes_are_printed_and_played_again(files, capsys):
     head = "RigidEnvs/IntermediateAxis-v0   cost: torque impulse [N m s]   rigid-envs "
     assert f"{head}{__version__}\n" in text
     assert text.count("same bits") == 2 and "policy" in text
+
+
+@pytest.mark.parametrize("provenance", [{}, {"versions": {}}, {"versions": "1.2"}])
+def test_a_file_that_names_no_version_is_printed_too(provenance, files, tmp_path, capsys):
+    file = replace(load_replay(files[0]), provenance=provenance).save(tmp_path / "some.npz")
+    assert main(["replay", str(file)]) == 0
+    assert "   rigid-envs ?\n" in capsys.readouterr().out
 
 
 def test_the_status_says_whether_a_file_tells_what_its_actions_lead_to(files, tmp_path, capsys):
