@@ -15,7 +15,7 @@ import pytest
 
 import rigid_envs
 from rigid_envs.base.checks import ConfigError
-from rigid_envs.envs.lookup import checked_id, families, full_id, task_of
+from rigid_envs.envs.lookup import checked_id, families, full_id, new_task, task_of
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores.best import TheoreticalLimit
 from rigid_envs.scores.starts import METRICS
@@ -427,6 +427,8 @@ def test_names_that_do_not_fit_together_are_refused_at_import(
     monkeypatch.setattr(sys, "modules", {**sys.modules})
     with pytest.raises(TypeError, match=message):
         importlib.import_module("wheel_pendulum.task")
+    with pytest.raises(ConfigError, match=rf"^config.task: .*{message}"):
+        new_task("wheel_pendulum.task:SwingUp", {})
 
 
 @pytest.mark.push

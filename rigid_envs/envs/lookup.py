@@ -25,6 +25,7 @@ from rigid_envs.tasks.task import Task
 FLOAT32 = np.dtype(np.float32)
 INTEGERS = (int, np.int64)
 _MOST = 2**53
+_TASK = "'module:Class' of a rigid_envs.tasks.Task"
 
 
 def new_task(task: str, config: Mapping[str, Any]) -> Task:
@@ -37,10 +38,10 @@ def new_task(task: str, config: Mapping[str, Any]) -> Task:
     try:
         module, name = task.split(":")
         kind = getattr(importlib.import_module(module), name)
-    except (AttributeError, ImportError, TypeError, ValueError):
-        kind = None
+    except (AttributeError, ImportError, TypeError, ValueError) as error:
+        raise refusal("task", task, f"{_TASK}: {error}") from error
     if not (isinstance(kind, type) and issubclass(kind, Task)):
-        raise refusal("task", task, "'module:Class' of a rigid_envs.tasks.Task")
+        raise refusal("task", task, _TASK)
     return from_config(kind, config)
 
 
