@@ -414,6 +414,8 @@ def test_the_least_number_of_substeps_that_is_asked_for_is_enough(said):
         ("system", "    mgl: float = 4.0\n", "", "expected the arguments of its derive"),
         ("task", "    weight_effort: ", "    wait_effort: ", "has no weight_effort"),
         ("task", "    omega_tolerance: float = s", "    slow: float = s", "has no omega"),
+        ("system", "@scalar\ndef rhs(", "def rhs(", "a plain function; expected a compiled one"),
+        ("task", "@scalar\ndef observe(", "def observe(", "observe = wheel_pendulum.task.o"),
     ],
 )
 def test_names_that_do_not_fit_together_are_refused_at_import(

@@ -8,7 +8,7 @@ from typing import Any
 
 from rigid_envs.engine import rows as batch
 from rigid_envs.engine.algebra import NO_CONTACT, SUZUKI, Contact, Row
-from rigid_envs.engine.compiler import kernel, scalar
+from rigid_envs.engine.compiler import COMPILES, kernel, scalar
 from rigid_envs.engine.rows import Array, Prototype, prototype
 
 Function = Callable[..., Any]
@@ -47,7 +47,8 @@ class Dynamics:
         contact: force of the ground and the friction that rolling needs; by default none.
 
     Raises:
-        TypeError: `Parameters` do not begin with the arguments of `derive`.
+        TypeError: a function that is not compiled, or `Parameters` that do not begin with the
+            arguments of `derive`.
     """
 
     State: type[Any]
@@ -64,8 +65,9 @@ class Dynamics:
     contact: Contact = NO_CONTACT
 
     def __post_init__(self) -> None:
-        """Check the order of the parameters."""
+        """Check the order of the parameters, and the functions."""
         check_derive(self.derive, self.Parameters)
+        check_compiled(self)
 
     @property
     def raw_names(self) -> tuple[str, ...]:
@@ -169,3 +171,17 @@ def check_derive(derive: Function, parameters: type[Any], n: int | None = None) 
             f"{derive.__module__}.{derive.__name__} has arguments {names}; "
             f"expected those that {parameters.__qualname__} begins with, {first}"
         )
+
+
+def check_compiled(definition: Any) -> None:
+    """Check that the functions of a system or a task are compiled ones.
+
+    Raises:
+        TypeError: a function without `scalar`.
+    """
+    for name, value in vars(definition).items():
+        if COMPILES and inspect.isfunction(value):
+            raise TypeError(
+                f"{name} = {value.__module__}.{value.__name__}, a plain function; "
+                "expected a compiled one: decorate it with @scalar"
+            )

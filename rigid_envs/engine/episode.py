@@ -11,7 +11,7 @@ import numpy as np
 from rigid_envs.engine import publication as goals
 from rigid_envs.engine.algebra import Contact, Row
 from rigid_envs.engine.compiler import kernel, scalar
-from rigid_envs.engine.dynamics import Dynamics, check_derive
+from rigid_envs.engine.dynamics import Dynamics, check_compiled, check_derive
 from rigid_envs.engine.elementary import clamp
 from rigid_envs.engine.layout import Prototypes, Slots, slots_of
 from rigid_envs.engine.loops import Functions, Reset, Step, reset_rows, step_rows
@@ -158,7 +158,8 @@ class Episode:
             makes its terms and success of.
 
     Raises:
-        TypeError: `derive` does not take the physical parameters of the system.
+        TypeError: a function that is not compiled, or a `derive` that does not take the physical
+            parameters of the system.
     """
 
     dynamics: Dynamics
@@ -182,9 +183,10 @@ class Episode:
     judge: Function | None = None
 
     def __post_init__(self) -> None:
-        """Check the arguments of `derive`."""
+        """Check the arguments of `derive`, and the functions."""
         if self.derive is not None:
             check_derive(self.derive, self.dynamics.Parameters, len(self.dynamics.raw_names))
+        check_compiled(self)
 
     @cached_property
     def prototypes(self) -> Prototypes:
