@@ -440,6 +440,22 @@ def test_it_passes_the_contracts_that_ask_most(package):
     assert re.search(r"\d\d passed", printed), printed
 
 
+@pytest.mark.push
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("file", "old", "new", "told"),
+    [
+        ("system", ", u.torque / p.wheel)", ", -u.torque / p.wheel)", "test_a_short_step_follows"),
+        ("hold", "        aux.goal,\n    )", "    )", "observe gives 3 numbers; expected 4, as"),
+    ],
+)
+def test_contracts_tell_what_import_does_not(tmp_path, file, old, new, told):
+    package, name = Package(tmp_path), f"wheel_pendulum/{file}.py"
+    package.write({name: dict(FILES)[name].replace(old, new)})
+    words = [word.replace("SwingUp", "HoldAngle") for word in command(CONTRACTS)]
+    assert told in str(package.run(*words, "-q", "-k", "a_short_step"))
+
+
 def test_an_unknown_id_is_refused_in_one_line(package):
     refused = package.run("-m", "rigid_envs.testing", "--env-id", "wheel_pendulum:Wheel/Swing-v0")
     assert "--env-id: env_id = 'wheel_pendulum:Wheel/Swing-v0'; expected" in refused.stderr

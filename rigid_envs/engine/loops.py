@@ -267,7 +267,7 @@ def _mend(rest: Row, aux: Row, buffer: Buffer, slots: Slots, base: int, n: int) 
 
 # Loop that resets rows of an environment.
 
-BEGIN, BEGIN_UNSEEN, PARAMETERS_GIVEN, OBSERVE = range(4)  # modes of `reset_rows`
+BEGIN, BEGIN_UNSEEN, PARAMETERS_GIVEN, OBSERVE, COUNT = range(5)  # modes of `reset_rows`
 
 Reset = Callable[[Buffer, Any, int, Results, Observations, Bools], int]
 
@@ -279,7 +279,8 @@ def reset_rows(e: Functions) -> Reset:
     parameters and an initial state. `BEGIN_UNSEEN` does the same and sets the results of the last
     step to zero. `PARAMETERS_GIVEN`, after one of these, keeps the parameters and draws the initial
     state again. `OBSERVE` draws nothing. It returns the last one of the rows whose rate is outside
-    the envelope of the integrator, or -1.
+    the envelope of the integrator, or -1. `COUNT` changes nothing, and returns the number of
+    features that `observe` gives.
     """
     slots = slots_of(e.prototypes)
 
@@ -293,6 +294,8 @@ def reset_rows(e: Functions) -> Reset:
     ) -> int:
         s = read_settings(buffer)
         c = load(buffer, s.constants, e.prototypes.constants, 1)
+        if mode == COUNT:
+            return len(e.observe(e.prototypes.state, e.prototypes.aux, e.prototypes.parameters, c))
         outside = -1
         for row in rows:
             block, i = row // LANES, row % LANES

@@ -13,7 +13,7 @@ from rigid_envs.base.checks import TOLERANCE, Array, Bools, Integers, one_of, re
 from rigid_envs.engine.compiler import compiled_for
 from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.engine.layout import CHANNEL, CLOCK, FLAGS, Sizes
-from rigid_envs.engine.loops import BEGIN, BEGIN_UNSEEN, OBSERVE, PARAMETERS_GIVEN, Reset
+from rigid_envs.engine.loops import BEGIN, BEGIN_UNSEEN, COUNT, OBSERVE, PARAMETERS_GIVEN, Reset
 from rigid_envs.engine.publication import Observations, Outputs, Results
 from rigid_envs.engine.rows import LANES
 from rigid_envs.engine.threads import Workers
@@ -399,8 +399,12 @@ class Core:
 
     @cached_property
     def _compiled_reset(self) -> Reset:
-        example = self.buffer, np.zeros(1, np.int64), 0, *self.outputs
-        return compiled_for(self.task.compiled.reset, *example)
+        example = self.buffer, np.zeros(1, np.int64), COUNT, *self.outputs
+        reset: Reset = compiled_for(self.task.compiled.reset, *example)
+        n, n_seen = len(self.task.shown_features()), reset(*example)
+        if n_seen != n:  # more than there is room for would be written beyond the row
+            raise TypeError(f"observe gives {n_seen} numbers; expected {n}, as there are features")
+        return reset
 
     @cached_property
     def _format(self) -> StateFormat:

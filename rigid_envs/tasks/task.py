@@ -258,12 +258,17 @@ class Task(Settings, abc.ABC):
     def features(self) -> tuple[Entry, ...]:
         """Entries of the observation before the attitude."""
 
-    def observations(self) -> tuple[Entry, ...]:
-        """All entries of the observation: features, attitude, drawn parameters."""
+    def shown_features(self) -> tuple[Entry, ...]:
+        """Entries that `observe` gives: `features`, or goals and those of the reduced frame."""
         features = self.features()
         if self.reduced is not None:
             features = (*features[: 2 * self.n_goal], *self.reduced.features)
-        return (*features, *attitude_entries(self._shown_rotation), *self._drawn_entries())
+        return features
+
+    def observations(self) -> tuple[Entry, ...]:
+        """All entries of the observation: features, attitude, drawn parameters."""
+        attitude = attitude_entries(self._shown_rotation)
+        return (*self.shown_features(), *attitude, *self._drawn_entries())
 
     def goal_reward(self, achieved: npt.ArrayLike, desired: npt.ArrayLike) -> Array:
         """Reward of achieved goals, by the same functions as in `step`; shape (...).
