@@ -221,6 +221,8 @@ BASH = re.findall(r"^```bash\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
 DESCRIBE, DOCS, CONTRACTS = (line for block in BASH for line in block.splitlines())
 SWING_UP = "wheel_pendulum:WheelPendulum/SwingUp-v0"
 
+OTHERS = ("HeavySwingUp", "HoldAngle", "MirrorSwingUp")
+
 # a few of the contracts that ask most of a task and of its system
 SUBSET = "envelope or invariants or interface or rows_is or seed or substeps"
 REPORT = f"""
@@ -235,7 +237,8 @@ PICTURE = """
 import math, gymnasium, numpy as np
 from rigid_envs import rotations
 from rigid_envs.watch.views import view_of
-env = gymnasium.make("wheel_pendulum:WheelPendulum/HeavySwingUp-v0", render_mode="rgb_array")
+kind = {"frame": "reduced", "render_mode": "rgb_array"}
+env = gymnasium.make("wheel_pendulum:WheelPendulum/MirrorSwingUp-v0", **kind)
 task, places = env.unwrapped.task, []
 for angle in (0.0, 0.5 * math.pi):
     env.reset(seed=0, options={"state": {"angle": angle}})
@@ -336,7 +339,7 @@ def said(package):
 
 
 def test_the_page_is_a_whole_package():
-    names = ("system", "task", "heavy", "hold", "view", "__init__")
+    names = ("system", "task", "heavy", "hold", "mirror", "view", "__init__")
     assert [name for name, _ in FILES] == [f"wheel_pendulum/{name}.py" for name in names]
 
 
@@ -464,7 +467,7 @@ def test_an_unknown_id_is_refused_in_one_line(package):
 
 @pytest.mark.long
 def test_it_passes_all_contracts(package):
-    others = (f"wheel_pendulum:WheelPendulum/{name}-v0" for name in ("HeavySwingUp", "HoldAngle"))
+    others = (f"wheel_pendulum:WheelPendulum/{name}-v0" for name in OTHERS)
     more = (word for other in others for word in ("--env-id", other))
     printed = package.output(*command(CONTRACTS), *more, "-q", "-n", "2")
     assert re.search(r"\d\d\d passed", printed), printed

@@ -103,19 +103,6 @@ def single(x: float) -> float:
 
 
 # Definition of a task over a system: functions of one row, compiled into step and reset.
-#
-# - ``start(stream, p, c) -> (y, aux)``: first state of an episode;
-# - ``clip(action) -> (action, clipped)``: action clipped to its space;
-# - ``frame_of(y, aux, p, c) -> frame``: frame in which the next action is given;
-# - ``turn(action, frame) -> action``: action turned from this frame to that of `actuate`;
-# - ``actuate(action, y, aux, p, c) -> (y, u)``: state, changed at once or unchanged, and the input
-#   held over the step;
-# - ``outcome(y, u, aux, p, c, dt) -> (aux, terms, cost, success, terminated)``: result of the step;
-# - ``observe(y, aux, p, c) -> features``: observation without the attitude.
-#
-# y is the state, u the input and p the parameters of the system; aux is the auxiliary state, which
-# a task keeps from step to step (goal, counters); c are its constants. All are read by name: ``y.X
-# / p.radius``, ``c.position_tolerance``.
 
 Function = Callable[..., Any]
 
@@ -140,15 +127,27 @@ class NoGoal(NamedTuple):
 class Episode:
     """Functions and rows of a task; `step`, `reset` and `reward` are compiled on first use.
 
+    y is the state, u the input and p the parameters of the system; aux is the auxiliary state,
+    which a task keeps from step to step (goal, counters); c are its constants. All are read by
+    name: ``y.X / p.radius``, ``c.position_tolerance``.
+
     Attributes:
         dynamics: the physical system.
         Action: `NamedTuple` of the action, each entry in [-1, 1].
         Terms: `NamedTuple` of the reward terms, unweighted.
         Constants: `NamedTuple` of numbers that the functions use; each is an attribute of the task.
         Auxiliary: `NamedTuple` of the auxiliary state; its defaults are used after a physics error.
-        start, clip, actuate, outcome, observe: see the list above.
+        start: ``start(stream, p, c) -> (y, aux)``, the first state of an episode.
+        clip: ``clip(action) -> (action, clipped)``, an action clipped to its space.
+        actuate: ``actuate(action, y, aux, p, c) -> (y, u)``, the state, changed at once or
+            unchanged, and the input that is held over the step.
+        outcome: ``outcome(y, u, aux, p, c, dt) -> (aux, terms, cost, success, terminated)``, the
+            result of the step.
+        observe: ``observe(y, aux, p, c) -> features``, the observation without the attitude.
         Frame: `NamedTuple` of the frame.
-        frame_of, turn: see the list above; by default actions are given in the frame of `actuate`.
+        frame_of: ``frame_of(y, aux, p, c) -> frame``, in which the next action is given.
+        turn: ``turn(action, frame) -> action``, from this frame to that of `actuate`; by default
+            actions are given in that one.
         disturbances: noise and delay between agent and body; by default none.
         advance: one step of the integrator, by default that of the system.
         contact: contact with the ground, by default that of the system.

@@ -49,7 +49,7 @@ class Reduction:
         Frame: `NamedTuple` of the numbers that give the frame.
         frame_of: ``frame_of(y, aux, p, c) -> frame``, compiled.
         turn: ``turn(action, frame) -> action``, compiled: from the reduced frame to that of the
-            task.
+            task, after the action was clipped; what is not a float32 is rounded, by `single`.
         formulas: of the frame, the entries and the action, for the page; paragraphs are separated
             by empty lines.
     """
