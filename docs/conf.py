@@ -142,6 +142,11 @@ def finished(
         context["body"] = site_formulas.with_outlines(body)
 
 
+def stills(app: Sphinx) -> None:
+    """Write the pictures of the cards."""
+    site_pages.write_stills(HERE / "environments/films", app.outdir / "_static/stills")
+
+
 def formula(translator: HTML5Translator, node: nodes.math | nodes.math_block) -> None:
     """Write a formula."""
     block = isinstance(node, nodes.math_block)
@@ -152,6 +157,7 @@ def formula(translator: HTML5Translator, node: nodes.math | nodes.math_block) ->
 def setup(app: Sphinx) -> None:
     """Connect all of these, the first before Napoleon adds markup of its own."""
     app.connect("autodoc-process-docstring", as_plain_text, priority=400)
+    app.connect("builder-inited", stills)
     app.connect("source-read", for_the_site)
     app.connect("html-page-context", finished)
     app.add_html_math_renderer("drawn", (formula, None), (formula, None))

@@ -8,8 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import imagesize
+from PIL import Image
 
 from rigid_envs.tools.motions import MOTIONS
+from rigid_envs.tools.pages.films import HEIGHT, WIDTH
 
 _FIGURE = """<figure class="moving">
 
@@ -54,6 +56,20 @@ def with_sizes(body: str, pictures: Mapping[str, Path]) -> str:
     return re.sub(r'src="[./]*_images/([^"]+)"', sized, body)
 
 
+def write_stills(films: Path, folder: Path) -> None:
+    """Write one picture of each film, at half its time, for cards: a film comes when it is wanted.
+
+    Args:
+        films: folder of the films.
+        folder: of the pictures, of the names of the films; made if it is not there.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for file in films.glob("[A-Z]*.webp"):
+        with Image.open(file) as film:
+            film.seek(film.n_frames // 2)
+            film.convert("RGB").save(folder / file.name, quality=70)
+
+
 _FILTERS = """<form class="filters" autocomplete="off" hidden>
 <label>Family <select name="family"><option value="">any</option></select></label>
 <label>Action <select name="action"><option value="">any</option></select></label>
@@ -64,8 +80,8 @@ _FILTERS = """<form class="filters" autocomplete="off" hidden>
 </form>"""
 _CARD = """<div class="card" data-family="{family}" data-action="{action}"
   data-observation="{observation}" data-goal="{goal}">
-
-[![{name}](films/{name}.webp)]({name}.md)
+<a href="{name}.html"><img src="../_static/stills/{name}.webp" data-film="../_images/{name}.webp"
+  alt="{name}" width="{width}" height="{height}" loading="lazy"></a>
 
 [**{name}**]({name}.md)
 
@@ -105,6 +121,8 @@ def _card(family: str, name: str, task: str, acts: str, sees: str, limit: str) -
         observation="attitude" if "attitude" in sees else "no attitude",
         goal="goal environment" if "goal" in seen else "no goal environment",
         name=name,
+        width=WIDTH,
+        height=HEIGHT,
         task=task,
         size=size,
         acts=acts,

@@ -35,6 +35,22 @@ addEventListener("load", () => {
   }
 });
 
+// A card shows its film under the mouse; without a mouse, in the middle of the window.
+function play(card, on) {
+  const picture = card.querySelector("img");
+  picture.dataset.still ??= picture.src;
+  picture.src = on ? picture.dataset.film : picture.dataset.still;
+}
+const middle = new IntersectionObserver(
+  (seen) => seen.forEach(({ target, isIntersecting }) => play(target, isIntersecting)),
+  { rootMargin: "-45% 0px" },
+);
+for (const card of document.querySelectorAll(".card")) {
+  if (matchMedia("(hover: none)").matches) middle.observe(card);
+  card.addEventListener("mouseenter", () => play(card, true));
+  card.addEventListener("mouseleave", () => play(card, false));
+}
+
 // The filters of the environments: a card is seen where it is of all that is chosen.
 const filters = document.querySelector("form.filters");
 if (filters) {

@@ -66,6 +66,26 @@ def test_all_environments_are_seen_and_filters_leave_those_asked_for(browser, si
     page.close()
 
 
+@pytest.mark.parametrize("touch", [False, True], ids=["mouse", "touch"])
+def test_a_card_shows_its_film_when_it_is_looked_at_and_few_are_fetched(browser, site, touch):
+    size = {"width": 390, "height": 844}
+    page = browser.new_page(viewport=size, is_mobile=touch, has_touch=touch)
+    films = []
+    page.on("request", lambda request: films.append(request.url) if "_images" in request.url else 0)
+    page.goto((site / "environments/README.html").as_uri())
+    page.wait_for_timeout(500)
+    assert len(films) <= 1 if touch else films == []
+    card = page.locator(".card", has_text="BallParkGoal")
+    source = "document.querySelector('img[alt=BallParkGoal]').src"
+    assert page.evaluate(source).endswith("/_static/stills/BallParkGoal.webp")
+    if touch:
+        card.evaluate("card => card.scrollIntoView({ block: 'center' })")
+    else:
+        card.hover()
+    test_page.wait_until(page, f"{source}.endsWith('/_images/BallParkGoal.webp')")
+    page.close()
+
+
 def test_formulas_need_no_script_and_on_a_phone_wide_ones_scroll(browser, site):
     watched = test_page.Watched(browser, 390, 844)
     page = watched.page
