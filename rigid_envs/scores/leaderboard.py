@@ -238,9 +238,10 @@ def markdown(results: Sequence[Row]) -> str:
     header = ("policy", "environments", "runs", "efficiency", "95 %")
     overall = markdown_table(header, _overall(ranked), "<>>>>")
     table = markdown_table(_HEADER, map(_cells, ranked), "<<>>>><>>>>")
-    notes = "\n".join(dict.fromkeys(in_markdown(row.source) for row in results))
+    notes = "\n".join(dict.fromkeys(f"- {in_markdown(row.source)}" for row in results))
     apart = _apart([row for row in results if row.unranked is not None])
-    return f"{_INTRODUCTION}\n{_ALL}\n{overall}\n\n{table}\n\n{apart}{notes}\n"
+    sources = f"## Where the figures come from\n\n{notes}"
+    return f"{_INTRODUCTION}\n{_ALL}\n{overall}\n\n{table}\n\n{apart}{sources}\n"
 
 
 def _apart(results: Sequence[Row]) -> str:
