@@ -14,12 +14,10 @@ import numpy.typing as npt
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.config import Config
-from sphinx.writers.html5 import HTML5Translator
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
 
-import site_formulas  # noqa: E402
 import site_pages  # noqa: E402
 
 import rigid_envs  # noqa: E402
@@ -35,6 +33,7 @@ extensions = [
     "sphinx.ext.napoleon",
     "sphinx_autodoc_typehints",
     "sphinx_copybutton",
+    "sphinx-mathjax-offline",
 ]
 exclude_patterns = ["_build", "*.py"]
 suppress_warnings = [
@@ -80,7 +79,6 @@ def typehints_formatter(annotation: Any, config: Config) -> str | None:
 # Look
 html_theme = "furo"
 html_title = f"rigid-envs {version}"
-html_math_renderer = "drawn"
 html_static_path = ["_static"]
 html_scaled_image_link = False  # a picture with a width leads where its page says
 html_favicon = "_static/icon.svg"
@@ -132,14 +130,13 @@ def for_the_site(app: Sphinx, name: str, text: list[str]) -> None:
     text[0] = site_pages.with_replays(text[0], "../" * name.count("/") + "_static")
 
 
-def finished(
+def sized(
     app: Sphinx, name: str, template: str, context: dict[str, Any], doctree: nodes.document | None
 ) -> None:
-    """Give pictures their sizes, and formulas the outlines of their signs."""
+    """Give pictures their sizes."""
     if doctree:
         paths = {name: Path(app.srcdir, path) for path, name in app.builder.images.items()}
-        body = site_pages.with_sizes(context["body"], paths)
-        context["body"] = site_formulas.with_outlines(body)
+        context["body"] = site_pages.with_sizes(context["body"], paths)
 
 
 def stills(app: Sphinx) -> None:
@@ -147,17 +144,9 @@ def stills(app: Sphinx) -> None:
     site_pages.write_stills(HERE / "environments/films", app.outdir / "_static/stills")
 
 
-def formula(translator: HTML5Translator, node: nodes.math | nodes.math_block) -> None:
-    """Write a formula."""
-    block = isinstance(node, nodes.math_block)
-    translator.body.append(site_formulas.drawn(node.astext(), block))
-    raise nodes.SkipNode
-
-
 def setup(app: Sphinx) -> None:
     """Connect all of these, the first before Napoleon adds markup of its own."""
     app.connect("autodoc-process-docstring", as_plain_text, priority=400)
     app.connect("builder-inited", stills)
     app.connect("source-read", for_the_site)
-    app.connect("html-page-context", finished)
-    app.add_html_math_renderer("drawn", (formula, None), (formula, None))
+    app.connect("html-page-context", sized)

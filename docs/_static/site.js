@@ -21,16 +21,17 @@ for (const button of document.querySelectorAll("figure.moving button")) {
 }
 
 // A formula wider than its text stands by itself, and scrolls; no line begins with a comma.
-addEventListener("load", () => {
-  for (const formula of document.querySelectorAll("span.math")) {
-    const room = formula.closest("p, li, dd, td, h2, h3")?.clientWidth;
-    const after = formula.nextSibling;
+addEventListener("load", async () => {
+  await window.MathJax?.startup?.promise;
+  for (const formula of document.querySelectorAll("mjx-container")) {
+    const text = formula.closest("p, li, dd, td");
+    const after = formula.parentElement.nextSibling;
     const [comma] = after?.nodeValue?.match(/^[,.;:)]+/) ?? [];
-    if (formula.offsetWidth > room) formula.classList.add("wide");
+    if (text && formula.offsetWidth > text.clientWidth) formula.classList.add("wide");
     else if (comma) {
       after.deleteData(0, comma.length);
-      formula.append(comma);
-      formula.style.whiteSpace = "nowrap";
+      formula.parentElement.append(comma);
+      formula.parentElement.style.whiteSpace = "nowrap";
     }
   }
 });

@@ -133,7 +133,7 @@ plt.show()
 # and the cost to go of the LQR after the horizon,
 #
 # $$
-# \min_{\tau_0 \ldots \tau_{N-1}} \sum_{k=0}^{N-1} \left( x_k^T Q x_k + \tau_k^T R \tau_k \right) + x_N^T P x_N, \qquad
+# \min_{\tau_0 \ldots \tau_{N-1}} \sum_{k=0}^{N-1} \bigl( x_k^T Q x_k + \tau_k^T R \tau_k \bigr) + x_N^T P x_N, \qquad
 # \omega_{k+1} = \Phi(\omega_k, \tau_k), \quad |\tau_{k,i}| \le \tau_\text{max} .
 # $$
 #

@@ -179,7 +179,7 @@ print(f"each decimal of care delays the flip by {per_decimal:.2f} s")
 # k\, \omega_3$. Euler's third equation becomes
 #
 # $$
-# I_3 \dot\omega_3 = \left(\epsilon - (I_2 - I_1)\right)\, \omega_1 \omega_2 - k\, \omega_3 :
+# I_3 \dot\omega_3 = \bigl(\epsilon - (I_2 - I_1)\bigr)\, \omega_1 \omega_2 - k\, \omega_3 :
 # $$
 #
 # for $\epsilon > I_2 - I_1$ the gyroscopic term has the other sign, exponentials become oscillations, and

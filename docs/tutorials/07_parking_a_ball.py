@@ -29,7 +29,7 @@ ball = RollingBall(radius=1.0)
 #
 # $$
 # \omega = \frac{1}{r} (-V_Y, V_X, 0), \qquad \dot X = V_X, \quad \dot Y = V_Y, \qquad
-# \dot q = \frac{1}{2} (0, \omega)\, q .
+# \dot q = \tfrac{1}{2} (0, \omega)\, q .
 # $$
 #
 # The velocities obey two linear equations that cannot be integrated to equations between coordinates: the
@@ -68,7 +68,7 @@ plt.show()
 
 # %% [markdown]
 # The second curve bends down where whole turns begin to count: the rotation vector is that of the least
-# angle. At $\varrho = \sqrt{3}$ a circle turns the ball by $2\pi$, which is nothing at all.
+# angle. At $\varrho = \sqrt 3$ a circle turns the ball by $2\pi$, which is nothing at all.
 #
 # ## Lie brackets
 #
@@ -94,7 +94,7 @@ print("degree of nonholonomy      ", rolling_ball.degree_of_nonholonomy(growth, 
 # %% [markdown]
 # By the theorem of Chow and Rashevskii, five dimensions at depth three mean that every pose can be reached,
 # and that it is expensive to reach what only deep brackets reach: a displacement of size $\varepsilon$ takes
-# a path of length $\varepsilon$, a spin $\sqrt{\varepsilon}$, a pure tilt $\sqrt[3]{\varepsilon}$. The reward of
+# a path of length $\varepsilon$, a spin $\sqrt\varepsilon$, a pure tilt $\sqrt[3]\varepsilon$. The reward of
 # [`BallPark`](../environments/BallPark.md) measures distances by these roots. We check them with shortest
 # paths.
 
@@ -188,7 +188,7 @@ print(
 # %% [markdown]
 # ## Exercises
 #
-# 1. Show that rolling round a circle of radius $\sqrt{3}\, r$ turns the ball by a whole turn.
+# 1. Show that rolling round a circle of radius $\sqrt 3\, r$ turns the ball by a whole turn.
 # 2. Which closed path of given length turns the ball most about the vertical? (Dido's problem.)
 # 3. Let the ball spin as well: `ball.advance(y, [VX, VY, spin], ...)`. What is the growth vector then?
 # 4. An upright coin has four coordinates and two controls. Compute its growth vector with

@@ -86,16 +86,15 @@ def test_a_card_shows_its_film_when_it_is_looked_at_and_few_are_fetched(browser,
     page.close()
 
 
-def test_formulas_need_no_script_and_on_a_phone_wide_ones_scroll(browser, site):
-    watched = test_page.Watched(browser, 390, 844)
-    page = watched.page
+def test_formulas_are_mathematics_and_on_a_phone_wide_ones_scroll(browser, site):
+    page = test_page.Watched(browser, 390, 844).page
     page.goto((site / "environments/BallPlate.html").as_uri())
-    page.wait_for_selector("span.math.wide")
-    assert not any("mathjax" in url for url in watched.requests)
+    page.wait_for_selector("mjx-container.wide")
+    assert page.locator("mjx-merror").count() == 0
     assert "$" not in page.locator("article").inner_text()
     ends = page.evaluate(
         """() => [document.documentElement.scrollWidth,
-            ...[...document.querySelectorAll(".math")].map(
+            ...[...document.querySelectorAll("mjx-container")].map(
                 (formula) => formula.getBoundingClientRect().right)]"""
     )
     assert len(ends) > 40
