@@ -14,6 +14,7 @@ import numpy.typing as npt
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.config import Config
+from sphinx_autodoc_typehints import format_annotation
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent)]
@@ -64,12 +65,15 @@ napoleon_numpy_docstring = False
 napoleon_use_ivar = True
 napoleon_custom_sections = ["Physics", "Source"]
 default_role = "py:obj"  # `name` in a docstring
+highlight_language = "text"  # formulas in docstrings
 
 
 def typehints_formatter(annotation: Any, config: Config) -> str | None:
     """Names of NumPy's types in place of the unions that they stand for."""
-    if annotation == npt.ArrayLike:
-        return "``ArrayLike``"
+    members, union = get_args(annotation), get_args(npt.ArrayLike)
+    if all(each in members for each in union):
+        rest = [each for each in members if each not in union]
+        return " | ".join(["``ArrayLike``", *(format_annotation(each, config) for each in rest)])
     if get_origin(annotation) is np.ndarray:
         (kind,) = get_args(get_args(annotation)[1]) or (Any,)
         return f"``NDArray[{getattr(kind, '__name__', kind)}]``"
@@ -110,7 +114,16 @@ def as_plain_text(
             margin, line = indent, _escaped(line)
             formula = line.endswith("::")
         shown.append(line)
-    lines[:] = shown
+    # Of an attribute, Napoleon takes what stands before a colon for its type, if it comes first.
+    comment = ["..", ""] if what in ("attribute", "data", "property") else []
+    lines[:] = comment + shown
+
+
+def without_fields(
+    app: Sphinx, what: str, name: str, obj: object, skip: bool, options: object
+) -> bool | None:
+    """Leave out fields of a named tuple, which its docstring describes."""
+    return True if (getattr(obj, "__doc__", "") or "").startswith("Alias for field") else None
 
 
 def _escaped(line: str) -> str:
@@ -147,6 +160,7 @@ def stills(app: Sphinx) -> None:
 def setup(app: Sphinx) -> None:
     """Connect all of these, the first before Napoleon adds markup of its own."""
     app.connect("autodoc-process-docstring", as_plain_text, priority=400)
+    app.connect("autodoc-skip-member", without_fields)
     app.connect("builder-inited", stills)
     app.connect("source-read", for_the_site)
     app.connect("html-page-context", sized)
