@@ -77,7 +77,7 @@ model = PPO(
     seed=0,
     device="cpu",
 )
-model.learn(total_timesteps=150_000)
+model = model.learn(total_timesteps=150_000)
 
 # %% [markdown]
 # ## Evaluation
