@@ -127,9 +127,11 @@ def _next(run: Run, imports: str) -> str:
     config = run.config()
     recipe = reading.recipe_for(config.env_id, config.algo, config.frame)
     whole = recipe.get("total_timesteps", 0)
-    again = f"python -m agents train --env_id {config.env_id}"
+    name = f" --run_name {config.run_name}_next" if config.run_name else ""
+    again = f"python -m agents train --config {run / 'config.yaml'}{name}"
     if config.total_timesteps < whole:
         what = f"train with all {whole:,} steps of its recipe"
+        again = f"{again} --total_timesteps {whole}"
     else:
         what, again = "another seed: how much was luck?", f"{again} --seed {config.seed + 1}"
     commands = [

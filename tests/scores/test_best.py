@@ -168,6 +168,12 @@ def test_a_replay_is_evaluated_as_whoever_played_it(
     assert all(row[key] == expected[key] for key in ("env_id", "config", "policy", "starts"))
 
 
+def test_data_of_another_package_are_not_kept_in_this_one(monkeypatch, capsys):
+    monkeypatch.setattr("rigid_envs.tools.cli.scoring.ENVIRONMENTS", {DETUMBLE: None})
+    assert main(["best", "BallGrid"]) == 2
+    assert "--out = None; expected a folder: the package keeps" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("who", ["breadth_first 500", "nobody"])
 def test_the_command_says_who_found_what_and_how_well_each_policy_does(who, monkeypatch, capsys):
     found = best.best_known(GRID)

@@ -260,6 +260,8 @@ def best_(options: argparse.Namespace) -> None:
     n = N_STARTS if options.starts is None else options.starts
     known = 1 <= n <= N_STARTS and (n == N_STARTS or options.out is not None)
     require(known, n, "--starts", f"1 to {N_STARTS}; with --out if it is less")
+    kept = options.out is not None or set(ids) <= set(ENVIRONMENTS)
+    require(kept, options.out, "--out", "a folder: the package keeps data of its own ids alone")
     alone = not options.files or len(ids) == 1
     require(alone, options.ids, "--with: ID", "the one id that the files are of")
     folder = options.out or best.FOLDER
