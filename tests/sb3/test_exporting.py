@@ -353,6 +353,8 @@ except ImportError as error:
     assert 'pip install "rigid-envs[train]"' in second
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_page_runs(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     names = run_page("sb3.md", _200_000="1", _2_000="1_100")

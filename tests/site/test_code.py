@@ -13,6 +13,7 @@ import pytest
 
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
+from rigid_envs.testing.environments import PUSH
 from rigid_envs.tools.cli.command_line import _parser as library
 from rigid_envs.tools.cli.words import config_of
 from tests.programs import printed
@@ -110,7 +111,12 @@ def test_the_tests_that_are_named_are_there_and_read_their_page():
         assert blocks_of(page, "python"), f"{page} has no Python: remove it from the list"
 
 
-@pytest.mark.parametrize("page", HERE)
+SLOW = "docs/physics.md"  # 3 s: run at a push
+
+
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, marks=PUSH if page == SLOW else ()) for page in HERE]
+)
 def test_python_of_a_page_runs(page, tmp_path, monkeypatch):
     """A block that stands on a page of the list, too, is not run again."""
     known = {block for other in ELSEWHERE for block in blocks_of(other, "python")}

@@ -98,6 +98,8 @@ def listening(session):
     return found
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_same_again_trains_nothing_and_another_config_is_refused(tmp_path):
     sweep(training(tmp_path))
     before = place(tmp_path).read_bytes()
@@ -118,6 +120,8 @@ def test_the_same_again_trains_nothing_and_another_config_is_refused(tmp_path):
     assert read_record(place(tmp_path)).config["gamma"] == 0.5
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_training_that_fails_leaves_no_record_and_lets_others_be(tmp_path, capsys):
     bad = training(tmp_path, "bad", env_kwargs={"bad_reward_at": 40}, seed=1)
     assert sweep(bad, training(tmp_path)) == 1

@@ -185,6 +185,8 @@ def test_a_run_on_a_full_disk_says_so_and_goes_on_when_there_is_room(
     assert_same(whole(tmp_path, **values), run)
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_finished_run_stays_as_it_is(tmp_path):
     run = whole(tmp_path)
     before = {name: (run / name).read_bytes() for name in SAME}
