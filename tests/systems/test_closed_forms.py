@@ -225,6 +225,7 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name):
         ("dynamic_ball.roll_on_plate", {"beta": 0.0}, r"^beta = 0\.0"),
         ("dynamic_ball.turntable_circle", {"turntable_rate": 0.0}, r"^turntable_rate = 0\.0"),
         ("dynamic_ball.drift_across_slope", {"turntable_rate": 0.0}, r"^turntable_rate = 0\.0"),
+        ("rolling_ball.roll_polygon", {"displacements": np.ones((3, 1, 2))}, r"expected \(n, 2\)"),
         ("rolling_ball.roll_segments", {"t": 3.0}, "within"),
         ("rolling_ball.roll_segments", {"segments": [[1.0, 0.0, 0.0, -2.0]]}, "duration"),
         ("rolling_ball.clothoid_path", {"heading_acceleration": 0.0}, "use roll_straight"),

@@ -102,7 +102,9 @@ def test_the_errors_say_what_success_is(env_id):
         core.step()
         won.append(core.flags[FLAGS.is_success].copy())
         if "held" in model.task.aux_names:  # the time of success so far
-            np.testing.assert_array_equal(size <= 1.0, core.auxiliary("held") > 0.0)
+            held = core.auxiliary("held")
+            np.testing.assert_array_equal(size <= 1.0, held > 0.0)
+            np.testing.assert_array_equal(won[-1], held > T - model.first)  # so many steps
     # the first step to succeed again, each component by itself moved until none does any more
     t, row = np.argwhere(won)[0]
     away = np.kron(np.geomspace(1e-3, 1.0, 50)[:, None], np.eye(core.y.shape[1])[model.index])

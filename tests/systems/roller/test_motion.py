@@ -101,7 +101,7 @@ def test_a_ball_that_rolls_already_goes_on_so():
     np.testing.assert_array_equal(w, (0.0, 2.0, 1.0))
 
 
-@pytest.mark.parametrize("s0", [0.0, 1e-6, -1.9, 3.8, 9.0])
+@pytest.mark.parametrize("s0", [0.0, 1e-6, -1.9, 3.8, 9.0, 20.0])
 @pytest.mark.parametrize("v0", [0.0, 0.7, -2.5, 7.0, -9.0])
 def test_rolling_in_a_valley_follows_its_closed_form(s0, v0):
     t = np.linspace(0.0, 8.0, 33)
