@@ -220,6 +220,9 @@ def test_an_observation_of_another_shape_or_not_finite_is_refused(shape):
     for obs in (np.zeros(shape), np.zeros((2, 1, policy.n_obs)), one_bad, part):
         with pytest.raises(ValueError, match="every entry finite"):
             policy.predict(obs)
+    parted = CompiledPolicy(*example(inputs=[["a", 2], ["b", policy.n_obs - 2]]))
+    with pytest.raises(ValueError, match=r"^observation\[.a.\]: shape .*, expected 2 last"):
+        parted.predict({"a": np.zeros(policy.n_obs - 2), "b": np.zeros(2)})
 
 
 def test_it_does_not_draw_at_random():

@@ -116,6 +116,9 @@ def test_from_an_exported_file_goes_on_the_whole_model(tmp_path, case):
     scaled, other = model.get_vec_normalize_env(), again.get_vec_normalize_env()
     assert (scaled is None) == (other is None)
     obs = model.get_env().unwrapped.reset()
+    policy = rigid_envs.load(file)
+    module, seen = to_torch(policy), torch.tensor(flat(policy, obs))
+    np.testing.assert_allclose(module(seen).detach(), policy(obs), rtol=0, atol=TOLERANCE)
     obs = obs["observation"] if case == "part" else obs
     if scaled is not None:
         ours, theirs = other.normalize_obs(obs), scaled.normalize_obs(obs)

@@ -23,6 +23,7 @@ from rigid_envs.tools.cli.scoring import verify_scores
 from rigid_envs.watch.replays.recording import record_starts
 from tests.refusals import refuses
 
+AXIS = "RigidEnvs/IntermediateAxis-v0"
 DETUMBLE = "RigidEnvs/Detumble-v0"
 GRID = "RigidEnvs/BallGrid-v0"
 
@@ -54,11 +55,9 @@ def test_the_data_can_be_computed_again(capsys):
     assert out.startswith(heading(provenance()).partition("\n")[0]) and out.count("holds") == 5
 
 
-def test_the_random_policy_draws_the_actions_that_its_figures_are_of():
-    told, found = (
-        best.best_known(DETUMBLE).policies["random"],
-        evaluate(DETUMBLE, "random").summary(),
-    )
+@pytest.mark.parametrize(("env_id", "policy"), [(DETUMBLE, "random"), (AXIS, "energy_casimir")])
+def test_a_policy_takes_the_actions_that_its_figures_are_of(env_id, policy):
+    told, found = best.best_known(env_id).policies[policy], evaluate(env_id, policy).summary()
     assert found["return_mean"] == pytest.approx(told["return_mean"], rel=1e-9)
 
 

@@ -166,6 +166,8 @@ def test_markers_are_whole_and_lines_differ_in_style_and_colour(found):
     assert len(looks) == len({style for _, style in looks}) == 3
     markers = [line for line in means.get_lines() if line.get_marker() == "o"]
     assert len(markers) == 3 and not any(line.get_clip_on() for line in markers)
+    bars = [line.get_xdata() for line in means.get_lines() if line not in markers]
+    np.testing.assert_array_equal(bars, [each["mean"][1:] for each in found.aggregates.values()])
     assert means.get_yticklabels()[1].get_text().startswith("100 %_done\n1.000 [")
 
 
