@@ -312,7 +312,7 @@ def test_what_is_logged_has_a_line_of_its_own_on_the_stream_of_the_moment(monkey
         log.info("compiled the step")
         progress.tell("whole")
         progress.tell("")
-    log.info("compiled the reset")
+    log.warning("compiled the reset")
     assert err.lines() == ["rigid-envs: compiled the step", ""]
 
 

@@ -65,6 +65,7 @@ def test_the_table_shows_every_law_on_a_page_of_100_columns(found):
     text = found.as_text()
     assert text.startswith(heading(provenance()).partition("\n")[0])
     assert max(map(len, text.splitlines())) <= 100
+    assert max(map(len, heading(provenance() | {"cpu": 99 * "x "}).splitlines())) <= 100
     for subject in SUBJECTS.values():
         assert f"\n{subject.name}: {subject.title}\n" in text
     assert text.count("  holds") == len(LAWS)

@@ -82,7 +82,9 @@ def panels_of(figure):
 
 
 def test_a_figure_shows_the_quantities_of_the_motion(tops):
-    lines = panels_of(tops.plot())
+    figure = tops.plot()
+    lines = panels_of(figure)
+    assert all(axes.get_xlabel() == "time [s]" and axes.get_legend() for axes in figure.axes)
     assert list(lines) == ["Angular velocity", "Tilt", "Energy error", "Momentum error"]
     tilts = [line.get_ydata() for line in lines["Tilt"]]
     np.testing.assert_allclose(np.radians(tilts).T, tops["tilt"], atol=1e-14)

@@ -26,6 +26,7 @@ from rigid_envs.watch.replays.page import (
     is_driven,
 )
 from rigid_envs.watch.replays.replay import moment_at, moments, play_again
+from rigid_envs.watch.views import view_of
 from tests.replays.examples import free_body, idle, recorded, rolling_ball
 from tests.systems.examples import BALL, BODY, COIN, DISK, ROLLER, SYSTEMS, TOP, name_of, states
 
@@ -404,6 +405,8 @@ def test_times_and_frames_of_a_page_are_those_of_the_episode(ball):
     assert len(found["text"]) == len(episode) + 1
     for (_, said, *_), total in zip(found["text"][1:], np.cumsum(episode.costs), strict=True):
         assert said == f"cost {total:.3g} m (distance rolled)"
+    view = view_of(ball.task, episode.parameters)
+    assert [each["name"] for each in found["stage"]["parts"]] == [*view.scene.parts]
     (part,) = (each for each in found["stage"]["parts"] if each["name"] == "ball")
     assert found["stage"]["floor"]["size"] > 0.0
     assert unpacked(page["blob"], page["meshes"][part["mesh"]]["vertices"]).any()

@@ -199,15 +199,17 @@ def run_of(folder, rates, **entries):
 def test_curves_are_of_what_differs_in_more_than_the_seed(tmp_path, monkeypatch, capsys):
     drawn = []
     monkeypatch.setattr(reports, "save_figure", lambda figure, path: drawn.append(figure) or path)
-    runs = [run_of(tmp_path, [0.0, 0.5, 1.0], seed=0), run_of(tmp_path, [0.5, 1.0], seed=1)]
+    runs = [run_of(tmp_path, [0.25, 0.5, 1.0], seed=0), run_of(tmp_path, [0.5, 0.75], seed=1)]
     runs += [run_of(tmp_path, [0.25, 0.25], gamma=0.5)]
     reports.draw_runs(runs, tmp_path / "c.pdf")
     (axes,) = drawn[0].axes
     first, second = axes.get_lines()
     assert (first.get_label(), second.get_label()) == ("ppo, gamma 0.99", "ppo, gamma 0.5")
-    np.testing.assert_allclose(first.get_xydata(), [[1000, 25], [2000, 75]])  # as far as both have
+    np.testing.assert_allclose(first.get_xydata(), [[1000, 37.5], [2000, 62.5]])  # as far as both
     np.testing.assert_allclose(second.get_xydata(), [[1000, 25], [2000, 25]])
     assert len(axes.collections) == 1  # one band: of what has several seeds
+    low, high = axes.get_ylim()
+    assert low <= 0.0 and high >= 100.0  # all that a rate can be
     monkeypatch.undo()
     folders = [str(run.folder) for run in runs]
     assert main(["curves", *folders, "--out", str(tmp_path / "c.pdf")]) == 0
