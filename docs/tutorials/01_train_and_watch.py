@@ -21,7 +21,7 @@ from stable_baselines3.common.env_util import make_vec_env
 import rigid_envs
 from rigid_envs.scores import from_controller, from_predict, reference_controllers
 from rigid_envs.watch.drawing import Look
-from rigid_envs.watch.films import episode_pictures, pictures_per_second, play_episode, write_film
+from rigid_envs.watch.films import episode_pictures, play_episode, write_film
 
 torch.set_num_threads(1)  # fastest for networks of this size
 env_id = "RigidEnvs/IntermediateAxis-v0"
@@ -119,8 +119,9 @@ both = [
         from_controller(reference_controllers(env_id)["lqr"]), env_id, seed=1007, label="LQR"
     ),
 ]
-pictures = episode_pictures([played.captioned() for played in both], Look(320, 320), speed=3.0)
-film = write_film("both.mp4", pictures, pictures_per_second(both[0].task))
+episodes = [played.captioned() for played in both]
+pictures = episode_pictures(episodes, Look(320, 320), fps=15.0, speed=3.0)
+film = write_film("both.mp4", pictures, fps=15.0)
 Video(film.path, embed=True, html_attributes="controls loop muted autoplay")
 
 # %% [markdown]
