@@ -366,6 +366,8 @@ def test_it_has_an_auxiliary_state_names_and_settings_that_depend_on_one_another
     assert refused == expected
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_second_process_compiles_nothing(package):
     package.run("-c", REPORT)
     again = package.run("-c", REPORT)

@@ -14,7 +14,7 @@ from rigid_envs.sb3 import export, load_model, make_vec_env, to_onnx, to_torch
 from rigid_envs.sb3.exporting import AttitudeExtractor, attitudes
 from rigid_envs.scores.evaluation import published_record
 from rigid_envs.scores.trained import published
-from rigid_envs.testing.environments import PUSH, in_full
+from rigid_envs.testing.environments import in_full
 
 GOAL, GRID, BODY = "BallParkGoal", "BallGrid", "Detumble"
 N_ROWS, N_STEPS = 32, 40
@@ -191,14 +191,9 @@ HEADS = {
 }
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "squashed gaussian",
-        "BallPark",
-        *(pytest.param(name, marks=PUSH) for name in (*list(HEADS)[1:], "BallGrid")),
-    ],
-)
+@pytest.mark.long
+@pytest.mark.push
+@pytest.mark.parametrize("name", [*HEADS, "BallPark", "BallGrid"])
 def test_a_graph_of_onnx_and_a_module_act_as_the_policy_whatever_its_head(tmp_path, name):
     onnxruntime = pytest.importorskip("onnxruntime")
     pytest.importorskip("onnxscript")

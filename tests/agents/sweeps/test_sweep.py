@@ -185,6 +185,8 @@ def test_a_command_listens_nowhere_and_leaves_no_process_behind_and_goes_on(tmp_
     assert "[2/2] " in again and "records: " in again
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_verb_trains_what_it_is_told(tmp_path, capsys):
     out = tmp_path / "out"
     words = f"{VERB} --steps 1e4 --episodes 20 --quiet".split()
