@@ -99,8 +99,10 @@ POINTING = half_turned(
     observe=observe_direction,
     frame_of=frame_of,
     turn=turn_one,
-    formulas="""Entries are those of `IntermediateAxis` with $k = Omega^2 growth I3 / (torque r)$.
-    The action $a$ acts as $S a$.""",
+    formulas="""
+    Entries are those of `IntermediateAxis` with $k = Omega^2 growth I3 / (torque r)$.
+    The action $a$ acts as $S a$.
+    """,
 )
 """Reduction of `IntermediateAxisSingle`, whose goal is the direction e2: the same group."""
 
