@@ -127,13 +127,12 @@ def _next(run: Run, imports: str) -> str:
     config = run.config()
     recipe = reading.recipe_for(config.env_id, config.algo, config.frame)
     whole = recipe.get("total_timesteps", 0)
-    name = f" --run_name {config.run_name}_next" if config.run_name else ""
-    again = f"python -m agents train --config {run / 'config.yaml'}{name}"
     if config.total_timesteps < whole:
-        what = f"train with all {whole:,} steps of its recipe"
-        again = f"{again} --total_timesteps {whole}"
+        what, change = f"train with all {whole:,} steps of its recipe", f"--total_timesteps {whole}"
     else:
-        what, again = "another seed: how much was luck?", f"{again} --seed {config.seed + 1}"
+        what, change = "another seed: how much was luck?", f"--seed {config.seed + 1}"
+    name = f" --run_name {config.run_name}_next" if config.run_name else ""
+    again = f"python -m agents train --config {run / 'config.yaml'} {change}{name}"
     commands = [
         (f"python -m agents enjoy {run.folder}{imports}", "watch an episode, step by step"),
         (f"tensorboard --logdir {run / 'tensorboard'}", "see how it learnt, in a browser"),

@@ -145,14 +145,6 @@ def test_an_evaluation_as_json_is_a_row_of_the_leaderboard(capsys, tmp_path):
     assert told == f"{silent}written to {tmp_path / 'b'}\n"
 
 
-def test_pages_are_written_where_they_differ_and_those_that_no_id_has_are_named(capsys, tmp_path):
-    (tmp_path / "BallPrak.md").touch()
-    words = "docs", str(tmp_path), "--ids", "BallPark"
-    named = "\nno id has these, remove them: BallPrak.md\n"
-    for what in ("README.md, BallPark.md", "nothing, all is as it was"):
-        assert said(capsys, *words) == f"written to {tmp_path}: {what}{named}"
-
-
 def arguments_of(parser):
     """All arguments and options of a parser and of its verbs."""
     for action in parser._actions:

@@ -78,6 +78,7 @@ ROOMS = {
             *("tests/cli", "tests/scores/test_best.py", "tests/leaderboard", "tests/replays"),
             *("tests/scores/test_records.py", "tests/policies", "tests/gallery"),
             *("tests/datasets", "tests/scores/test_public.py", "tests/films", "tests/play"),
+            "tests/test_docs.py",
         ),
     ),
     "envs": Room(

@@ -111,7 +111,7 @@ def test_the_tests_that_are_named_are_there_and_read_their_page():
         assert blocks_of(page, "python"), f"{page} has no Python: remove it from the list"
 
 
-SLOW = "docs/physics.md"  # 3 s: run at a push
+SLOW = "docs/physics.md"  # run at a push
 
 
 @pytest.mark.parametrize(

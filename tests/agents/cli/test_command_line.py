@@ -48,7 +48,7 @@ def test_training_ends_with_the_table_and_where_everything_is(finished):
     watch, _, again = re.findall(r"^  (\w.+)$", after, flags=re.MULTILINE)
     assert watch.startswith("python -m agents enjoy ")
     assert main([*watch.split()[3:], "--table"]) == 0
-    assert f"--seed 1 {ENV[2]} {ENV[3]}" in again
+    assert f"--config {folder / 'config.yaml'} --seed 1 {ENV[2]} {ENV[3]}" in again
     results = json.loads((folder / "results.json").read_text())
     assert results["policy"]["episodes"] == results["random_policy"]["episodes"] == 500
     keys = {"versions", "training_seed", "git_commit", "git_dirty", "training_seconds", "command",
