@@ -72,6 +72,7 @@ Array = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Image = NDArray[np.uint8]
 Integers = NDArray[np.int64]
+Singles = NDArray[np.float32]
 
 TOLERANCE = 1e-6
 """Of unit quaternions and rotation matrices: rounding to float32 passes, no other error does."""

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, cast
@@ -12,11 +12,11 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base import files
-from rigid_envs.base.checks import Array, integer, require
+from rigid_envs.base.checks import Array, Bools, Singles, require
 from rigid_envs.engine.provenance import KINDS
 from rigid_envs.envs.lookup import full_id
 from rigid_envs.envs.shells import RigidVectorEnv
-from rigid_envs.scores.policies import PolicyFactory, recorded
+from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import TEST_SEED, VERSION
 from rigid_envs.tasks.registry import ENVIRONMENTS, load
 
@@ -84,7 +84,6 @@ _SUMMARY = {
     **dict.fromkeys(("return_mean", "length_mean"), float),
     **dict.fromkeys(("cost_mean", "best_mean", "bound_mean", "gap"), float | None),
 }
-_ROUNDING = 1e-9  # share of a cost by which another machine may differ: that is no improvement
 
 
 @dataclass(frozen=True)
@@ -113,19 +112,23 @@ class Best:
         names = [name for name in self.finders if name]
         return dict(sorted(((k, names.count(k)) for k in set(names)), key=lambda p: (-p[1], p[0])))
 
-    def improved(self, finder: str, successes: npt.ArrayLike, costs: npt.ArrayLike) -> Best:
-        """The best of these and of the episodes of a finder; of a tie, the older one stays.
+    def improved(self, found: Evaluation, finders: Sequence[str]) -> Best:
+        """The best of these and of the first episodes of somebody; of a tie, the older one stays.
 
         Args:
-            finder: Its name.
-            successes: Whether the first episodes succeeded, shape (k,).
-            costs: What they cost, shape (k,).
+            found: Episodes from the first k starts.
+            finders: Who found each.
         """
-        known, names = self.costs.copy(), list(self.finders)
-        for k, (won, cost) in enumerate(zip(np.asarray(successes), np.asarray(costs), strict=True)):
-            if won and not known[k] <= cost * (1.0 + _ROUNDING):
-                known[k], names[k] = cost, finder
-        return Best(self.env_id, self.cost, known, tuple(names), self.policies, self.provenance)
+        better, known = self.beaten(found), self.costs.copy()
+        known[better] = found.costs[better[: found.n]]
+        new = zip(better, [*finders, *self.finders[found.n :]], self.finders, strict=True)
+        return replace(self, costs=known, finders=tuple(b if a else c for a, b, c in new))
+
+    def beaten(self, found: Evaluation) -> Bools:
+        """Starts from which somebody is better, shape (n,), by more than rounding."""
+        beaten = np.zeros(len(self.costs), dtype=bool)
+        beaten[: found.n] = found.against(self.costs[: found.n]).records
+        return beaten
 
 
 def nobody(env_id: str, cost: str, n: int) -> Best:
@@ -207,11 +210,11 @@ def write_best(file: Path, known: Best) -> None:
     files.write_document(file, data)
 
 
-# Plans as data, one file for each id: what shows that a best known cost can be had.
+# Plans as data, one file for each id: the actions that give the best known costs.
 #
-# `rigid-envs best --plan` writes them, `rigid-envs best` and `rigid-envs verify --scores` play
-# them. They are in the repository and in the source package; wheels, four times as large with them,
-# have none.
+# `rigid-envs best` keeps those of whoever is the best from a start; it plays them again, as
+# `rigid-envs verify --scores` does. They are in the repository and in the source package; wheels,
+# many times as large with them, have none.
 
 PLANNER = "planner"
 """Name of the planner among those who found best known costs."""
@@ -223,56 +226,39 @@ _PLANS_LIMIT = 2**25  # bytes, unpacked
 _MOST_PERIODS = 10_000  # control periods that plans may last
 
 
-class StoredPlans(NamedTuple):
-    """Plans from the starts of the evaluation set.
-
-    Attributes:
-        actions: Shape (T, n, m), float32, each from -1 to 1.
-        hold: Number of control periods for which each is held.
-    """
-
-    actions: npt.NDArray[np.float32]
-    hold: int
-
-    def policy(self, n: int) -> PolicyFactory:
-        """The policy that plays those of the first n starts, and rests after them."""
-        actions = self.actions[:, :n].repeat(self.hold, axis=0)
-        return recorded(np.concatenate([actions, np.zeros_like(actions[:1])]), PLANNER)
-
-
 def file_of_plans(env_id: str, folder: Path = PLANS_FOLDER) -> Path:
     """File of an id: that of `RigidEnvs/BallPark-v0` is `BallPark-v0.npz`."""
     return folder / f"{env_id.rpartition('/')[2]}.npz"
 
 
 def missing_plans(env_id: str) -> str | None:
-    """What to do where best known costs are of plans that are not here; None if nothing is missing.
+    """What to do where the plans of best known costs are not here; None if nothing is missing.
 
     Args:
         env_id: Gymnasium's id.
     """
     known, file = best_known(env_id), file_of_plans(env_id)
-    if known is None or PLANNER not in known.finders or file.exists():
+    if known is None or file.exists():
         return None
     return (
-        f"{env_id}: no {file}; expected the plans of {known.finders.count(PLANNER)} starts, which "
-        "a wheel leaves out: copy it from a checkout, or from `pip download --no-deps --no-binary "
-        ":all: rigid-envs`"
+        f"{env_id}: no {file}; expected the plans of {len(known.costs)} starts, which a wheel "
+        "leaves out: copy it from a checkout, or from `pip download --no-deps --no-binary :all: "
+        "rigid-envs`"
     )
 
 
-def write_plans(file: Path, plans: StoredPlans) -> None:
+def write_plans(file: Path, actions: Singles) -> None:
     """Write a file, atomically; its folder is made if it is not there.
 
     Args:
         file: Its path.
-        plans: The data.
+        actions: Shape (T, n, m), each from -1 to 1, or choices.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
-    files.write_arrays(file, {"actions": plans.actions, "hold": np.array(plans.hold)})
+    files.write_arrays(file, {"actions": actions})
 
 
-def read_plans(file: Path) -> StoredPlans:
+def read_plans(file: Path) -> Singles:
     """Read a file.
 
     Args:
@@ -281,14 +267,12 @@ def read_plans(file: Path) -> StoredPlans:
     Raises:
         DamagedFileError: It holds something else.
     """
-    with files.named_damage(file, "write it anew: rigid-envs best --plan"):
-        arrays = files.read_arrays(file, _PLANS_LIMIT, ("actions", "hold"))
-        actions, held = arrays["actions"], cast(Any, arrays["hold"])
-        hold = integer(held, "hold", 1)
+    with files.named_damage(file, "write it anew: rigid-envs best"):
+        actions: Any = files.read_arrays(file, _PLANS_LIMIT, ("actions",))["actions"]
         if actions.dtype != np.float32 or actions.ndim != 3 or not actions.size:
             raise ValueError(f"actions: {actions.dtype} of shape {actions.shape}; expected float32 "
                              "of (T, n, m)")  # fmt: skip
-        require(len(actions) * hold <= _MOST_PERIODS, hold, "hold",
+        require(len(actions) <= _MOST_PERIODS, len(actions), "actions",
                 f"plans of at most {_MOST_PERIODS} control periods")  # fmt: skip
-        require(np.abs(actions) <= 1.0, actions, "actions", "numbers from -1 to 1")  # and no NaN
-        return StoredPlans(actions, hold)
+        require(np.isfinite(actions).all(), actions, "actions", "finite numbers")
+        return cast(Singles, actions)

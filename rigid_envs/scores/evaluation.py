@@ -15,7 +15,7 @@ from rigid_envs.envs.lookup import changed, checked_id, full_id, task_of
 from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.scores import starts
 from rigid_envs.scores.policies import PolicyFactory, policy_of, untrained_policies
-from rigid_envs.scores.proof import Witness, difference, objection, up_to_date
+from rigid_envs.scores.proof import Witness, difference, objection, play_again, up_to_date
 from rigid_envs.scores.records import Record, read_evaluation, read_record
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import TEST_SEED
@@ -99,10 +99,14 @@ def _evaluation(
     unranked = objection(env_id, settings, seed, n) or _objection(env_id, witness, limit)
     episodes = _play(policy, envs, n, seed, env_id, limit, witness, progress)
     returns = episodes.returns  # in which the rewards of wrappers count
+    actions = None
     if unranked is None:
-        again = witness.play_again(env_id, n, seed, settings)
+        again = play_again(env_id, witness.given(n), seed, settings)
         unranked = difference(episodes, again)
-        episodes = again if unranked is None else episodes
+        if unranked is None:
+            episodes, longest = again, again.lengths.max()
+            going = np.arange(longest)[:, None] < again.lengths
+            actions = np.where(going[..., None], witness.applied(n)[:longest], np.float32(0.0))
     found = Evaluation(
         env_id=env_id,
         policy=policy.name,
@@ -112,6 +116,7 @@ def _evaluation(
         values={**_values(env_id, episodes, settings), "return": returns},
         provenance=provenance(),
         unranked=unranked,
+        actions=actions,
     )
     return up_to_date(found)
 

@@ -1,31 +1,180 @@
 """How best known costs are found: by what is known, and by a planner."""
 
+from __future__ import annotations
+
 import functools
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, ConfigError
+from rigid_envs.base.checks import Array, ConfigError, Integers, Singles
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.control.planning.descent import Plans, improve, shorten
-from rigid_envs.control.planning.model import Model
+from rigid_envs.control.planning.model import Counts, Model
+from rigid_envs.control.planning.tracking import follow
 from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.scores import best as best_costs
-from rigid_envs.scores.best import PLANS_FOLDER, Best, StoredPlans
+from rigid_envs.scores.best import FOLDER, PLANNER, PLANS_FOLDER, Best
 from rigid_envs.scores.evaluation import evaluate, make_rows
-from rigid_envs.scores.policies import reference_controllers, untrained_policies
+from rigid_envs.scores.policies import (
+    PolicyFactory,
+    recorded,
+    reference_controllers,
+    untrained_policies,
+)
 from rigid_envs.scores.result import Evaluation
-from rigid_envs.scores.starts import N_STARTS, TEST_SEED, metrics_of, rollout, row_seeds
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED, metrics_of, row_seeds
 from rigid_envs.scores.trained import load, published
+from rigid_envs.tasks.registry import ENVIRONMENTS
+
+# Search for best known costs: whoever finds is played, and counts where it succeeds.
+
+BASELINES = ("zero", "random")
+"""Policies that stand beside the reference controllers; from a lucky start they are the best."""
+
+
+class Found(NamedTuple):
+    """Best known costs of an id and what gives them.
+
+    Attributes:
+        best: The costs, and who found them.
+        actions: In the frame of the task, shape (T, n, m), of choices (T, n, 1).
+    """
+
+    best: Best
+    actions: Singles
+
+    def and_of(self, found: Evaluation, finders: Sequence[str] | None = None) -> Found:
+        """What is best of these and of somebody's episodes from the first k starts.
+
+        What counts is what comes of the actions without feedback, in the frame of the task.
+
+        Args:
+            found: The episodes.
+            finders: Who found each; None for the policy that acted.
+
+        Raises:
+            ConfigError: They are not proven to be those of the registered task.
+        """
+        if found.actions is None:
+            raise ConfigError(f"{found.policy}: {found.unranked}")
+        (before, n, m), theirs = self.actions.shape, found.actions
+        again = evaluate(found.env_id, of_plans(theirs), n=found.n)
+        better = self.best.beaten(again)
+        actions = np.zeros((max(before, len(theirs)), n, m), np.float32)
+        actions[:before, ~better] = self.actions[:, ~better]
+        actions[: len(theirs), better] = theirs[:, better[: found.n]]
+        return Found(self.best.improved(again, finders or (found.policy,) * found.n), actions)
+
+    def told(self, untrained: Mapping[str, Evaluation]) -> Found:
+        """The same with the figures of the untrained policies beside these costs, of now.
+
+        Args:
+            untrained: Their episodes, by name.
+        """
+        policies = {
+            name: each.against(self.best.costs).summary() for name, each in untrained.items()
+        }
+        return Found(replace(self.best, policies=policies, provenance=provenance()), self.actions)
+
+
+def nothing(env_id: str, n: int) -> Found:
+    """Where nothing is known yet.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of starts.
+    """
+    cost = metrics_of(env_id)[0].name
+    best = Best(env_id, cost, np.full(n, np.nan), ("",) * n)
+    return Found(best, np.zeros((1, n, len(task_of(env_id).actions())), np.float32))
+
+
+def stored(
+    env_id: str, n: int = N_STARTS, folder: Path = FOLDER, plans: Path = PLANS_FOLDER
+) -> Found:
+    """What is stored of an id, played again; a cost that no plan gives is dropped.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of starts.
+        folder: Where the costs are.
+        plans: Where the plans are.
+
+    Raises:
+        DamagedFileError: A file is damaged, or its plans are not of the id.
+    """
+    file, played = best_costs.file_of(env_id, folder), best_costs.file_of_plans(env_id, plans)
+    found = nothing(env_id, n)
+    if not (file.exists() and played.exists()):
+        return found
+    known, again = best_costs.read_best(file), replayed(env_id, n, plans)
+    return found.and_of(again, (*known.finders, *("",) * n)[: again.n])
+
+
+def replayed(env_id: str, n: int = N_STARTS, folder: Path = PLANS_FOLDER) -> Evaluation:
+    """Evaluation of the stored plans of an id.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of starts at most.
+        folder: Where they are.
+
+    Raises:
+        DamagedFileError: The file is damaged, or its plans are not of the id.
+    """
+    file, task = best_costs.file_of_plans(env_id, folder), task_of(env_id)
+    actions = best_costs.read_plans(file)[:, :n]
+    low, high = (0, task.n_choices - 1) if task.n_choices else (-1, 1)
+    if actions.shape[2] != len(task.actions()) or (actions < low).any() or (actions > high).any():
+        raise DamagedFileError(
+            f"{file}: {actions.shape[2]} entries from {actions.min()} to {actions.max()}; expected "
+            f"{len(task.actions())} from {low} to {high}, for {env_id}: write it anew: rigid-envs "
+            "best"
+        )
+    return evaluate(env_id, of_plans(actions), n=actions.shape[1])
+
+
+def of_plans(actions: Singles) -> PolicyFactory:
+    """The policy that plays plans, and rests after them.
+
+    Args:
+        actions: Shape (T, n, m).
+    """
+    return recorded(np.concatenate([actions, np.zeros_like(actions[:1])]), PLANNER)
+
+
+def played(env_id: str, n: int = N_STARTS) -> dict[str, Evaluation]:
+    """Evaluations of the reference controllers, of the action 0 and of the random policy, by name.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of starts.
+    """
+    policies = untrained_policies(env_id)
+    names = (*reference_controllers(env_id), *BASELINES)
+    return {name: evaluate(env_id, policies[name], n=n) for name in names}
+
+
+def trained(env_id: str, n: int = N_STARTS) -> list[Evaluation]:
+    """Evaluation of the published policy of an id; nothing where there is none.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of starts.
+    """
+    own = env_id.rpartition("/")[2] in published()
+    return [evaluate(env_id, load(env_id), n=n)] if own else []
+
 
 # Planner of the starts of the evaluation set: how each id is planned.
 
-_BLOCK = 100  # starts that are planned together: their data stay in the cache
+_BLOCK = 50  # starts that are planned together, and kept before the next ones
+_COUNTS: Mapping[str, Counts] = {"time": "time", "error": "error"}  # by the metric; else costs
 _LONGEST_GUESS = (3.0, 9.0)  # radii
 _SWING = 8.0  # of the heading of a guess [rad]
 
@@ -34,106 +183,110 @@ class Recipe(NamedTuple):
     """How an id is planned.
 
     Attributes:
-        controller: Untrained policy whose actions are the first plan; empty for guesses.
         n_rounds: Linearisations of a plan, or of one with a deadline.
-        hold: Control periods for which an action is held.
         n_steps: Actions of a plan of a task that ends at success; None for the time limit.
-        n_guesses: Curves that a ball is first rolled along, beside the controller.
+        n_guesses: Curves that a ball is first rolled along.
         n_cuts: Deadlines of a plan whose cost is time; 0 where it is not.
-        waits: Control periods after which the controller begins, a first plan for each, none for
-            guesses; a goal that is unstable is better reached late.
     """
 
-    controller: str
-    n_rounds: int
-    hold: int = 1
+    n_rounds: int = 200
     n_steps: int | None = None
     n_guesses: int = 0
     n_cuts: int = 0
-    waits: tuple[int, ...] = (0,)
 
 
-_ROLLED = Recipe("", 16, n_steps=48, n_guesses=16, waits=())
+_ROLLED = Recipe(64, n_steps=96, n_guesses=16)
 RECIPES = {
     "BallPark": _ROLLED,
     "BallReorient": _ROLLED,
     "BallParkRandom": _ROLLED,
     "BallParkGoal": _ROLLED,
-    "CoinPark": Recipe("two_rolls", 64, n_steps=60),
-    "SleepingTop": Recipe("lqr", 24, hold=4),
-    "SleepingTopRandom": Recipe("lqr", 24, hold=4),
-    "TopRandom": Recipe("lqr", 24, hold=4),
-    "TopPrecession": Recipe("lqr", 24, hold=2),
-    "PivotTop": Recipe("nmpc", 32),
-    "IntermediateAxis": Recipe("nmpc", 32),
-    "IntermediateAxisRandom": Recipe("nmpc", 32),
-    "IntermediateAxisSingle": Recipe("energy_casimir", 32, hold=2),
-    "AxisFlip": Recipe("timed", 32, hold=5),
-    "SpinCapture": Recipe("separatrix", 12, hold=5, waits=(300, 350, 400)),
-    "Reorient": Recipe("quaternion_pd", 10, hold=2, n_cuts=7),
-    "BallParkDynamic": Recipe("three_rolls", 16, n_steps=60, n_cuts=8),
+    "CoinPark": Recipe(64, n_steps=100),
+    "Reorient": Recipe(10, n_cuts=7),
+    "BallPlate": Recipe(10, n_cuts=9),
+    "BallSteer": Recipe(40),
+    "DiskRoll": Recipe(60),
+    "DiskRollRandom": Recipe(60),
+    "BallParkDynamic": Recipe(16, n_steps=60, n_cuts=8),
 }
-"""How ids are planned, by the name in the id."""
-
-
-def plan(env_id: str, n: int = N_STARTS, stored: StoredPlans | None = None) -> StoredPlans:
-    """Plan from the starts of the evaluation set.
-
-    Args:
-        env_id: Gymnasium's id.
-        n: Number of starts.
-        stored: Plans that are improved; None, or plans of fewer starts, begins as the recipe says.
-
-    Raises:
-        ValueError: There is no recipe for the id.
-    """
-    recipe = recipe_of(env_id)
-    if recipe is None:
-        raise ValueError(f"ID = {env_id}; expected one that has a recipe: {sorted(RECIPES)}")
-    state, parts = _starts(env_id, n), []
-    if stored is not None and stored.actions.shape[1] < n:
-        stored = None
-    if stored is None:
-        hold, firsts = recipe.hold, [_first(env_id, recipe, n, wait) for wait in recipe.waits]
-    else:
-        hold, firsts = stored.hold, [stored.actions[:, :n].astype(np.float64)]
-    for k in range(0, n, _BLOCK):
-        rows = np.arange(k, min(k + _BLOCK, n))
-        block = {key: part[rows] for key, part in state.items()}
-        if stored is None and recipe.n_guesses:
-            parts.append(_best_of_guesses(task_of(env_id), recipe, block, k))
-        else:
-            found = [_improved(env_id, recipe, block, first[:, rows], hold) for first in firsts]
-            parts.append(functools.reduce(better_of, found))
-    return StoredPlans(np.concatenate([part.actions for part in parts], axis=1), hold)
+"""How ids are planned that end at success or cost time, by the name in the id."""
 
 
 def recipe_of(env_id: str) -> Recipe | None:
-    """How an id is planned; None where it is not planned."""
-    return RECIPES.get(env_id.rpartition("/")[2].rpartition("-")[0])
+    """How an id is planned; None where it is not planned, as it says no conditions of success."""
+    if not ENVIRONMENTS[env_id].conditions:
+        return None
+    return RECIPES.get(env_id.rpartition("/")[2].rpartition("-")[0], Recipe())
 
 
-def _improved(
-    env_id: str, recipe: Recipe, state: dict[str, Array], first: Array, hold: int
-) -> Plans:
-    timed = recipe.n_cuts > 0
-    model = Model(task_of(env_id), state, len(first), hold, timed)
-    if timed:
+def search(found: Found, firsts: Sequence[Singles]) -> Iterator[Found]:
+    """Plan, and give what is best known after every few starts.
+
+    Args:
+        found: What is known; its plans are improved.
+        firsts: Further plans that are improved, each of shape (T, n, m).
+
+    Raises:
+        ConfigError: The id is not planned.
+    """
+    env_id, n = found.best.env_id, len(found.best.costs)
+    for k in range(0, n, _BLOCK):
+        rows = np.arange(k, min(k + _BLOCK, n))
+        made = plan(env_id, (found.actions, *firsts), rows)
+        actions = np.zeros(
+            (max(len(found.actions), len(made)), *found.actions.shape[1:]), np.float32
+        )
+        actions[: len(found.actions)] = found.actions
+        actions[:, rows] = 0.0
+        actions[: len(made), rows] = made
+        found = found.and_of(evaluate(env_id, of_plans(actions), n=n))
+        yield found
+
+
+def plan(env_id: str, firsts: Sequence[Singles], rows: Integers) -> Singles:
+    """The best plans that are found from some starts, shape (T, len(rows), m).
+
+    Args:
+        env_id: Gymnasium's id.
+        firsts: Plans from all starts that are improved, each of shape (T, n, m).
+        rows: Numbers of the starts.
+
+    Raises:
+        ConfigError: The id is not planned.
+    """
+    recipe, limit = recipe_of(env_id), ENVIRONMENTS[env_id].max_episode_steps
+    if recipe is None:
+        known = [each for each in ENVIRONMENTS if recipe_of(each) is not None]
+        raise ConfigError(f"ID = {env_id}; expected one that is planned: {known}")
+    state = {key: part[rows] for key, part in _starts(env_id, int(rows.max()) + 1).items()}
+    counts = _COUNTS.get(metrics_of(env_id)[0].name, "cost")
+    model = Model(task_of(env_id), state, recipe.n_steps or limit, counts)
+    slowed = recipe.n_steps is not None and counts == "cost"
+    given = [spread(first[:, rows], model.n_steps, slowed) for first in firsts]
+    made = [_improved(model, first, recipe) for first in given]
+    if recipe.n_guesses:
+        made.append(_best_of_guesses(model, state, recipe, int(rows[0])))
+    return functools.reduce(better_of, made).actions
+
+
+def _improved(model: Model, first: Array, recipe: Recipe) -> Plans:
+    if model.counts == "time":
         return shorten(model, first, recipe.n_cuts, recipe.n_rounds)
+    if model.counts == "error":
+        return follow(model, first, recipe.n_rounds)
     return improve(model, first, recipe.n_rounds)
 
 
-def _best_of_guesses(task: Any, recipe: Recipe, state: dict[str, Array], seed: int) -> Plans:
+def _best_of_guesses(model: Model, state: dict[str, Array], recipe: Recipe, seed: int) -> Plans:
     """The best of coarse plans from random guesses, refined."""
-    assert recipe.n_steps is not None
-    rng, n = np.random.default_rng([TEST_SEED, seed]), len(state["y"])
-    coarse = Model(task, state, recipe.n_steps // 2)
-    best = Plans(np.zeros((recipe.n_steps // 2, n, 2), np.float32), np.full(n, np.inf))
+    rng, n = np.random.default_rng([TEST_SEED, seed]), model.n_rows
+    size = model.n_steps // 4
+    coarse = Model(model.task, state, size)
+    best = Plans(np.zeros((size, n, 2), np.float32), np.full(n, np.inf))
     for _ in range(recipe.n_guesses):
-        guess = _guess(rng, recipe.n_steps // 2, n, task)
-        best = better_of(best, improve(coarse, guess, recipe.n_rounds))
-    fine = Model(task, state, recipe.n_steps)
-    return improve(fine, best.actions.repeat(2, axis=0) / 2.0, recipe.n_rounds)
+        guess = _guess(rng, size, n, model.task)
+        best = better_of(best, improve(coarse, guess, 16))
+    return improve(model, best.actions.repeat(4, axis=0) / 4.0, recipe.n_rounds)
 
 
 def better_of(one: Plans, other: Plans) -> Plans:
@@ -161,134 +314,19 @@ def _starts(env_id: str, n: int) -> dict[str, Array]:
     return state
 
 
-def _first(env_id: str, recipe: Recipe, n: int, wait: int) -> Array:
-    """The first plans, shape (T, n, m): an untrained policy whose actions are held."""
-    envs, made = make_rows(env_id, n), [np.zeros((n, len(task_of(env_id).actions())), np.float32)]
-    act = untrained_policies(env_id)[recipe.controller](envs)
-
-    def held(seen: Any) -> npt.NDArray[Any]:
-        k = len(made) - 1
-        made.append(act(seen) if k >= wait and k % recipe.hold == 0 else made[-1])
-        return made[-1]
-
-    steps = rollout(held, envs, row_seeds(TEST_SEED, n, "test"), ())
-    running = np.array([step.running for step in steps])
-    envs.close()
-    found = np.where(running[..., None], made[1:], 0.0)[:: recipe.hold]
-    if recipe.n_steps is None:
-        return found
-    return spread(found, recipe.n_steps, slowed=recipe.n_cuts == 0)
-
-
-def spread(actions: Array, n_steps: int, slowed: bool) -> Array:
-    """Plans of so many steps: each step of a row split into as many equal ones as there is room.
+def spread(actions: Array | Singles, n_steps: int, slowed: bool) -> Array:
+    """Plans of so many steps.
 
     Args:
         actions: Shape (T, n, m), zero after a row has arrived.
         n_steps: Steps of the result.
-        slowed: Whether steps are split; else there are zeros after them.
+        slowed: Whether each step of a row is split into equal ones, so that all steps are used;
+            else there are zeros after them.
     """
     out = np.zeros((n_steps, *actions.shape[1:]))
     moving = np.abs(actions).max(axis=-1) > 0.0
     lengths = np.maximum(len(actions) - moving[::-1].argmax(axis=0), 1)
-    for row, length in enumerate(lengths):
-        parts = max(1, n_steps // length) if slowed else 1
-        whole = np.repeat(actions[:length, row] / parts, parts, axis=0)[:n_steps]
-        out[: len(whole), row] = whole
+    for row, length in enumerate(np.minimum(lengths, n_steps)):
+        step = np.arange(n_steps) * length // n_steps if slowed else np.arange(length)
+        out[: len(step), row] = actions[step, row] / np.bincount(step)[step, None]
     return out
-
-
-# Search for best known costs: whoever finds is played, and counts where it succeeds.
-
-_Rows = npt.NDArray[np.generic]
-
-BASELINES = ("zero", "random")
-"""Policies that stand beside the reference controllers; from a lucky start they are the best."""
-
-
-def find(
-    env_id: str,
-    known: Best | None = None,
-    others: Sequence[Evaluation] = (),
-    untrained: Mapping[str, Evaluation] | None = None,
-    n: int = N_STARTS,
-) -> Best:
-    """Play the untrained policies, and keep the best of them and of others from each start.
-
-    Args:
-        env_id: Gymnasium's id.
-        known: What is known already. What it has of untrained policies is not taken over, for they
-            are played now. What a finder of the same name once found stays where it is better: a
-            policy is trained anew, and its predecessor becomes `NAME, earlier`.
-        others: What came of other policies.
-        untrained: What came of the untrained policies; None plays them.
-        n: Number of starts.
-
-    Raises:
-        ConfigError: A finder whose episodes are not proven to be those of the registered task.
-    """
-    policies = played(env_id, n) if untrained is None else untrained
-    for each in (*policies.values(), *others):
-        if each.unranked is not None:
-            raise ConfigError(f"{each.policy}: {each.unranked}")
-    best = best_costs.nobody(env_id, metrics_of(env_id)[0].name, n)
-    again = {each.policy for each in others}
-    of_others = {} if known is None else _found_by(known, n, known.shares.keys() - policies.keys())
-    for name in of_others.keys() - again:
-        best = best.improved(name, *of_others[name])
-    for found in (*policies.values(), *others):
-        best = best.improved(found.policy, found.successes, found.costs)
-    for name in sorted(of_others.keys() & again):
-        best = best.improved(f"{name}, earlier", *of_others[name])
-    summaries = {name: each.against(best.costs).summary() for name, each in policies.items()}
-    return replace(best, policies=summaries, provenance=provenance())
-
-
-def _found_by(known: Best, n: int, names: Iterable[str]) -> dict[str, tuple[_Rows, _Rows]]:
-    """Where some finders are the best from the first n starts, and the costs there, by name."""
-    finders = np.array(known.finders[:n])
-    return {name: (finders == name, known.costs[:n]) for name in names}
-
-
-def played(env_id: str, n: int = N_STARTS) -> dict[str, Evaluation]:
-    """Evaluations of the reference controllers, of the action 0 and of the random policy, by name.
-
-    Args:
-        env_id: Gymnasium's id.
-        n: Number of starts.
-    """
-    policies = untrained_policies(env_id)
-    names = (*reference_controllers(env_id), *BASELINES)
-    return {name: evaluate(env_id, policies[name], n=n) for name in names}
-
-
-def replayed(env_id: str, n: int = N_STARTS, folder: Path = PLANS_FOLDER) -> list[Evaluation]:
-    """Evaluation of the stored plans of an id; nothing where there are none.
-
-    Args:
-        env_id: Gymnasium's id.
-        n: Number of starts.
-        folder: Where they are.
-    """
-    file = best_costs.file_of_plans(env_id, folder)
-    if not file.exists():
-        return []
-    plans = best_costs.read_plans(file)
-    (_, starts, entries), needed = plans.actions.shape, len(task_of(env_id).actions())
-    if starts < n or entries != needed:
-        raise DamagedFileError(
-            f"{file}: actions of {entries} entries from {starts} starts; expected {needed} from at "
-            f"least {n}, for {env_id}: write it anew: rigid-envs best --plan"
-        )
-    return [evaluate(env_id, plans.policy(n), n=n)]
-
-
-def trained(env_id: str, n: int = N_STARTS) -> list[Evaluation]:
-    """Evaluation of the published policy of an id; nothing where there is none.
-
-    Args:
-        env_id: Gymnasium's id.
-        n: Number of starts.
-    """
-    own = env_id.rpartition("/")[2] in published()
-    return [evaluate(env_id, load(env_id), n=n)] if own else []

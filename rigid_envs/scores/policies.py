@@ -446,21 +446,22 @@ def recorded(actions: npt.NDArray[Any], name: str = "recorded") -> PolicyFactory
     """Recorded actions, one episode for each row, whatever is observed; the last one stays.
 
     Args:
-        actions: Shape (T, n, m), of choices (T, n).
+        actions: Shape (T, n, m), of choices (T, n) or (T, n, 1).
         name: Who found them.
     """
 
     def make(envs: Any) -> starts.ActionFunction:
         rows = _native(envs, name)
-        if actions.shape[1:] != rows.action_space.shape:
+        given = actions[..., 0] if rows.task.n_choices and actions.ndim == 3 else actions
+        if given.shape[1:] != rows.action_space.shape:
             expected = f"(T, *{rows.action_space.shape})"
             raise ValueError(f"actions have shape {actions.shape}; expected {expected}")
         kind = rows.single_action_space.dtype
 
         def act(_: starts.Observations) -> npt.NDArray[Any]:
             elapsed = rows.get_state()["clock"][:, CLOCK.elapsed].astype(np.int64)
-            step = np.minimum(elapsed, len(actions) - 1)
-            return np.asarray(actions[step, np.arange(rows.num_envs)], dtype=kind)
+            step = np.minimum(elapsed, len(given) - 1)
+            return np.asarray(given[step, np.arange(rows.num_envs)], dtype=kind)
 
         return act
 

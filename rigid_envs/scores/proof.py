@@ -1,5 +1,6 @@
 """What a row is ranked by: the standard task, played by the rows that are scored."""
 
+import itertools
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -9,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import SyncVectorEnv
 
-from rigid_envs.base.checks import Array, ConfigError, require
+from rigid_envs.base.checks import Array, ConfigError, Singles, require
 from rigid_envs.engine.layout import FLAGS
 from rigid_envs.envs.lookup import SEEN, task_of
 from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
@@ -161,6 +162,8 @@ def refuse_impossible(
 Published = tuple[npt.NDArray[np.float64], npt.NDArray[np.bool_]]
 """Results and success of the rows of a core, of one step."""
 
+_Pair = tuple[Singles, Singles]  # actions as given, and as applied
+
 _COMPARED = {
     "success": "successes",
     "cost": "costs",
@@ -188,7 +191,7 @@ class Witness:
         ours = all(isinstance(env, RigidEnv | RigidVectorEnv) for env in each)
         self._envs: list[Any] = each if ours else []
         self.cores: list[Core] = [env._core for env in self._envs]
-        self._actions: list[list[npt.NDArray[np.float32]]] = []
+        self._actions: list[list[_Pair]] = []
         self._published: list[list[Published]] = [[] for _ in self.cores]
 
     @contextmanager
@@ -223,38 +226,62 @@ class Witness:
             published.clear()
         return values
 
-    def play_again(
-        self, env_id: str, n: int, seed: int, config: Mapping[str, Any]
-    ) -> starts.Episodes:
-        """What comes of the actions in the registered task.
+    def given(self, n: int) -> Singles:
+        """The actions that reached the rows of the first n starts, shape (T, n, m).
+
+        What is done in a row after its episode is among them.
 
         Args:
-            env_id: Gymnasium's id.
             n: Number of starts.
-            seed: Seed that the starts are drawn from.
-            config: Hyperparameters that are free.
         """
-        record = ENVIRONMENTS[env_id]
-        limit, rows = record.max_episode_steps, registered_rows(env_id, n, config)
+        return self._actions_of(n, 0)
+
+    def applied(self, n: int) -> Singles:
+        """The same as they were applied, see `Core.applied`.
+
+        Args:
+            n: Number of starts.
+        """
+        return self._actions_of(n, 1)
+
+    def _actions_of(self, n: int, which: int) -> Singles:
         first, n_action = self.cores[0].actions.shape
-        actions = np.zeros((limit, len(self._actions) * first, n_action), np.float32)
+        longest = max(map(len, self._actions))
+        actions = np.zeros((longest, len(self._actions) * first, n_action), np.float32)
         for k, made in enumerate(self._actions):
-            for step, each in enumerate(made[:limit]):
-                actions[step, k * first : (k + 1) * first] = each
-        given = actions[:, :n]
-        steps = iter(given[..., 0].astype(np.int64) if rows.task.n_choices else given)
-        seeds = starts.row_seeds(seed, n, "test")
-        again = starts.play(lambda _: next(steps), rows, seeds, record.error)
-        return replace(again, limit=limit)
+            for step, each in enumerate(made):
+                actions[step, k * first : (k + 1) * first] = each[which]
+        return actions[:, :n]
 
 
-def _kept(core: Core, actions: list[npt.NDArray[np.float32]], published: list[Published]) -> Any:
+def play_again(
+    env_id: str, actions: Singles, seed: int, config: Mapping[str, Any]
+) -> starts.Episodes:
+    """What comes of actions in the registered task; rows get the action 0 after the last one.
+
+    Args:
+        env_id: Gymnasium's id.
+        actions: Shape (T, n, m), of choices (T, n, 1).
+        seed: Seed that the starts are drawn from.
+        config: Hyperparameters that are free.
+    """
+    record, n = ENVIRONMENTS[env_id], actions.shape[1]
+    rows = registered_rows(env_id, n, config)
+    given = actions[..., 0].astype(np.int64) if rows.task.n_choices else actions
+    steps = itertools.chain(given, itertools.repeat(np.zeros_like(given[0])))
+    seeds = starts.row_seeds(seed, n, "test")
+    again = starts.play(lambda _: next(steps), rows, seeds, record.error)
+    return replace(again, limit=record.max_episode_steps)
+
+
+def _kept(core: Core, actions: list[_Pair], published: list[Published]) -> Any:
     """The step of a core, which keeps its actions, and what it publishes."""
     advance = core.step_into
 
     def step_into(*outputs: Any) -> int:
-        actions.append(core.actions.copy())
+        given = core.actions.copy()
         raised = advance(*outputs)
+        actions.append((given, core.applied))
         results, _, flags = outputs
         published.append((results.copy(), flags[FLAGS.is_success].copy()))
         return raised

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, printable
+from rigid_envs.base.checks import Array, Singles, printable
 from rigid_envs.base.files import sealed, write_document
 from rigid_envs.scores.starts import METRICS, VERSION, Cost, efficiencies, row_seeds
 from rigid_envs.scores.statistics import mean_interval, wilson_interval
@@ -48,6 +48,8 @@ class Evaluation:
         best: Best known costs, shape (n,), NaN where nobody succeeded; None for an id without data,
             or where this is not ranked.
         bounds: Least costs that theory allows, shape (n,); None where it says nothing.
+        actions: As they were applied, in the frame of the task, 0 after an episode, shape
+            (T, n, m), of choices (T, n, 1); None where this is not ranked, or was read from a file.
     """
 
     env_id: str
@@ -60,6 +62,7 @@ class Evaluation:
     unranked: str | None
     best: Array | None = None
     bounds: Array | None = None
+    actions: Singles | None = None
 
     def __post_init__(self) -> None:
         """Refuse text that cannot be shown, and read again."""

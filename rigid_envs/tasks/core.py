@@ -9,7 +9,16 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import TOLERANCE, Array, Bools, Integers, one_of, real_numbers, require
+from rigid_envs.base.checks import (
+    TOLERANCE,
+    Array,
+    Bools,
+    Integers,
+    Singles,
+    one_of,
+    real_numbers,
+    require,
+)
 from rigid_envs.engine.compiler import compiled_for
 from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.engine.layout import CHANNEL, CLOCK, FLAGS, Sizes
@@ -414,6 +423,11 @@ class Core:
     def y(self) -> Array:
         """Physical states, shape (N, n_state)."""
         return self._columns(self._slots.state, self._slots.inputs)
+
+    @property
+    def applied(self) -> Singles:
+        """Actions of the last step in the frame of the task, after clipping, noise and delay."""
+        return self._columns(self._slots.action, self._slots.results).astype(np.float32)
 
     @property
     def elapsed(self) -> Array:

@@ -251,6 +251,7 @@ _ours(
     error=ErrorTerm("close", 5.0, "pose error [radii and rad]"),
     controllers={"lqr": "far_sighted", "damping": "damped"},
     limits={"error": "BALL_STEER_ERROR"},
+    conditions="BESIDE",
 )
 _ours(
     "dynamic_ball:BallPlate",
@@ -260,6 +261,7 @@ _ours(
     error=ErrorTerm("near", 5.0, "distance from the point [m]"),
     controllers={"lqr": "plate_regulator"},
     predictive="held_ball",
+    conditions="HELD",
 )
 _ours(
     "rolling_ball:BallGrid",
@@ -320,5 +322,6 @@ _ours(
     early_end={"start_lean": 1.0},
     error=ErrorTerm("circle", 10.0, "relative error of the curvature"),
     controllers={"lqr": "circle_regulator"},
+    conditions="ON_CIRCLE",
 )
 _variant("DiskRollRandom", "DiskRoll")

@@ -4,6 +4,7 @@ import io
 import json
 import zipfile
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +13,11 @@ from rigid_envs import load
 from rigid_envs.base.files import DamagedFileError, write_document
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs.lookup import task_of
-from rigid_envs.scores import best, finding
-from rigid_envs.scores.best import write_plans as write
+from rigid_envs.scores import best, finding, proof
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.scores.proof import best_of
+from rigid_envs.scores.records import read_evaluation, read_record
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.scoring import verify_scores
@@ -26,12 +27,29 @@ from tests.refusals import refuses
 AXIS = "RigidEnvs/IntermediateAxis-v0"
 DETUMBLE = "RigidEnvs/Detumble-v0"
 GRID = "RigidEnvs/BallGrid-v0"
+DOCS = Path(__file__).parents[2] / "docs"
+FIVE = {"costs": np.arange(1.0, 6.0), "finders": ("zero", "one", "zero", "one", "zero")}
+
+
+# Policies of the repository's rows are better from some starts: the search is not done.
+UNSEARCHED = {
+    f"RigidEnvs/{name}-v0"
+    for name in (
+        "AxisFlip BallParkDynamic BallPlate BallSteer CoinPark DiskRoll DiskRollRandom "
+        "IntermediateAxisSingle RollPump SpinCapture TopPrecession TopRandom"
+    ).split()
+}
 
 
 def test_the_least_cost_of_a_success_is_kept_with_who_found_it():
-    known = best.nobody(DETUMBLE, "loss", 5)
-    known = known.improved("a", [1, 1, 0, 1, 0], [3.0, 2.0, 0.0, 0.0, 0.0])
-    known = known.improved("b", [1, 1, 1, 1], [3.0 * (1 - 1e-12), 1.0, 5.0, 0.0])
+    known, found = finding.nothing(DETUMBLE, 5).best, evaluate(DETUMBLE, "zero", n=5)
+
+    def of(successes, losses):
+        values = {"success": np.array(successes, float), "loss": np.array(losses)}
+        return replace(found, values=values)
+
+    known = known.improved(of([1, 1, 0, 1, 0], [3.0, 2.0, 0.0, 0.0, 0.0]), "aaaaa")
+    known = known.improved(of([1, 1, 1, 1], [3.0 * (1 - 1e-12), 1.0, 5.0, 0.0]), "bbbb")
     np.testing.assert_array_equal(known.costs, [3.0, 1.0, 5.0, 0.0, np.nan])
     assert known.finders == ("a", "b", "b", "a", "") and known.shares == {"a": 2, "b": 2}
 
@@ -53,6 +71,7 @@ def test_the_data_can_be_computed_again(capsys):
     assert verify_scores([DETUMBLE])
     out = capsys.readouterr().out
     assert out.startswith(heading(provenance()).partition("\n")[0]) and out.count("holds") == 5
+    assert "best known" in out
 
 
 @pytest.mark.parametrize(("env_id", "policy"), [(DETUMBLE, "random"), (AXIS, "energy_casimir")])
@@ -66,6 +85,29 @@ def test_published_policies_are_among_those_who_search():
     assert found.n == 20 and found.policy == load(GRID).name and found.successes.all()
 
 
+@pytest.mark.parametrize("env_id", ENVIRONMENTS)
+def test_plans_of_the_repository_give_the_costs_that_the_data_say(env_id):
+    known, found = best.best_known(env_id), finding.replayed(env_id)
+    assert found.successes.all() and found.actions.shape[1] == 500
+    np.testing.assert_allclose(found.costs, known.costs, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("env_id", [
+    pytest.param(env_id, marks=[pytest.mark.xfail(strict=True)] * (env_id in UNSEARCHED))
+    for env_id in ENVIRONMENTS
+])  # fmt: skip
+def test_nobody_that_the_repository_has_a_row_of_is_better_than_what_is_best(env_id):
+    """By more than rounding: actions of another frame become float32 again."""
+    name, known = env_id.rpartition("/")[2], best.best_known(env_id)
+    rows = [read_record(file).evaluation for file in DOCS.glob(f"*/**/{name}/*_[0-9].json")]
+    rows += [read_evaluation(file) for file in DOCS.glob(f"rows/{name}_*.json")]
+    assert len(rows) >= 10
+    for row in rows:
+        if proof.objection(env_id, row.config, row.seed, row.n) is None:
+            beaten = row.successes & (row.costs < known.costs[: row.n] * (1.0 - 1e-6))
+            assert not beaten.any(), f"{row.policy} from starts {np.flatnonzero(beaten)}"
+
+
 def test_data_that_have_been_changed_are_found(monkeypatch, capsys):
     known = best.best_known(DETUMBLE)
     changed = replace(known, costs=0.99 * known.costs)
@@ -76,16 +118,11 @@ def test_data_that_have_been_changed_are_found(monkeypatch, capsys):
 
 def test_figures_that_differ_are_told_of_their_policies_alone(monkeypatch, capsys):
     known = best.best_known(DETUMBLE)
-    (found,) = finding.trained(DETUMBLE)
-    start = int(np.flatnonzero(found.successes)[0])
-    finders = (*known.finders[:start], found.policy, *known.finders[start + 1 :])
-    who = found.policy.split()[0]
-    for cost, rate, told in ((1e-8, 0.9e-3, {who}), (0.0, 1.1e-3, {"zero"})):
+    for cost, rate, told in ((1e-8, 0.9e-3, {"best"}), (0.0, 1.1e-3, {"zero"})):
         costs, zero = known.costs.copy(), dict(known.policies["zero"])
-        costs[start] = found.costs[start] * (1.0 - cost)
+        costs[3] *= 1.0 - cost
         zero["success_rate"] += rate
-        policies = {**known.policies, "zero": zero}
-        changed = replace(known, costs=costs, finders=finders, policies=policies)
+        changed = replace(known, costs=costs, policies={**known.policies, "zero": zero})
         monkeypatch.setattr("rigid_envs.scores.best.best_known", lambda _, changed=changed: changed)
         assert main(["verify", "--scores", DETUMBLE]) == 1
         lines = [line.split() for line in capsys.readouterr().out.splitlines()]
@@ -93,7 +130,7 @@ def test_figures_that_differ_are_told_of_their_policies_alone(monkeypatch, capsy
 
 
 def test_a_file_is_read_as_it_was_written(tmp_path):
-    known, file = finding.find(GRID, n=5), tmp_path / "grid.json"
+    known, file = replace(best.best_known(GRID), **FIVE), tmp_path / "grid.json"
     best.write_best(file, replace(known, costs=np.array([*known.costs[:4], np.nan]),
                              finders=(*known.finders[:4], "")))  # fmt: skip
     again = best.read_best(file)
@@ -104,8 +141,8 @@ def test_a_file_is_read_as_it_was_written(tmp_path):
 
 def test_the_name_of_a_finder_is_a_text(tmp_path):
     file = tmp_path / "grid.json"
-    best.write_best(file, finding.find(GRID, n=2))
-    said = {"finders": ["zero", 3], "finder": [0, 1]}
+    best.write_best(file, replace(best.best_known(GRID), **FIVE))
+    said = {"finders": ["zero", 3], "finder": [0, 1, 0, 1, 0]}
     write_document(file, json.loads(file.read_text()) | said)
     with pytest.raises(DamagedFileError, match="expected names"):
         best.read_best(file)
@@ -116,7 +153,7 @@ def test_the_name_of_a_finder_is_a_text(tmp_path):
                            ((1.0, -1.0), ("zero",) * 2)]
 )  # fmt: skip
 def test_a_cost_has_a_finder_and_a_finder_a_cost_from_0(costs, finders, tmp_path):
-    known, file = finding.find(GRID, n=2), tmp_path / "grid.json"
+    known, file = best.best_known(GRID), tmp_path / "grid.json"
     best.write_best(file, replace(known, costs=np.array(costs), finders=finders))
     with pytest.raises(DamagedFileError, match="expected a cost from 0 and a finder, or neither"):
         best.read_best(file)
@@ -136,8 +173,11 @@ def test_another_finder_is_added_by_its_recorded_actions(tmp_path, capsys):
     file = best.file_of(DETUMBLE, tmp_path)
     assert main(command) == 0
     assert best.read_best(file).shares == {"riccati": 5}
-    assert main([*command, "--with", str(replay)]) == 0
+    assert main([*command, "--with", str(replay), "sampling"]) == 0
     assert best.read_best(file).shares == {"riccati": 5}  # a worse one changes nothing
+    others = record_starts(brake, DETUMBLE, 2, seed=7).save(tmp_path / "others.npz")
+    assert main([*command, "--with", str(others)]) == 2
+    assert "start 0 = " in (said := capsys.readouterr().err) and "evaluation_seeds" in said
     command[1] = "RigidEnvs/BallParkDynamic-v0"
     assert main([*command, "--with", str(replay)]) == 2
     assert "expected RigidEnvs/BallParkDynamic-v0" in capsys.readouterr().err
@@ -190,84 +230,65 @@ def test_the_command_says_who_found_what_and_how_well_each_policy_does(who, monk
     }
 
 
-def test_what_others_found_stays_when_the_controllers_are_played_anew():
-    better = finding.find(DETUMBLE, n=5).improved("somebody", [1, 0, 1], [0.0, 0.0, 0.0])
-    again = finding.find(DETUMBLE, better, n=5)
-    assert again.cost == ENVIRONMENTS[DETUMBLE].metrics[0] == "loss"
-    assert again.finders == ("somebody", "riccati", "somebody", "riccati", "riccati")
-    assert again.policies["riccati"]["efficiency"] < 0.7
+def test_what_is_stored_stays_with_its_finder_until_somebody_is_better(tmp_path):
+    riccati, brake = (evaluate(DETUMBLE, name, n=5) for name in ("riccati", "brake"))
+    found = finding.nothing(DETUMBLE, 5).and_of(replace(brake, policy="somebody"))
+    best.write_best(best.file_of(DETUMBLE, tmp_path), found.told({}).best)
+    best.write_plans(best.file_of_plans(DETUMBLE, tmp_path), found.actions)
+    again = finding.stored(DETUMBLE, 7, tmp_path, tmp_path)
+    assert again.best.finders == ("somebody",) * 5 + ("",) * 2
+    np.testing.assert_array_equal(again.best.costs[:5], brake.costs)
+    better = again.and_of(riccati)
+    assert better.best.finders == ("riccati",) * 5 + ("",) * 2
+    np.testing.assert_array_equal(better.actions[:50, :5], riccati.actions)
+    assert better.and_of(brake).best.finders == better.best.finders
+    told = finding.nothing(DETUMBLE, 5).and_of(riccati).told({"brake": brake, "riccati": riccati})
+    rates = [each["efficiency"] for each in told.best.policies.values()]
+    assert rates[0] < rates[1] == 1.0
 
 
-def test_what_a_finder_found_stays_when_another_one_of_its_name_plays():
-    riccati = evaluate(DETUMBLE, "riccati", n=5)
-
-    def trained_to(shares):
-        values = {**riccati.values, riccati.cost.name: riccati.costs * shares}
-        return replace(riccati, policy="ppo", values=values)
-
-    before = finding.find(DETUMBLE, None, [trained_to([0.5, 2.0, 0.5, 2.0, 2.0])], n=5)
-    anew = trained_to([0.6, 0.6, 0.4, 2.0, 2.0])
-    after = finding.find(DETUMBLE, before, [anew], n=5)
-    assert after.finders == ("ppo, earlier", "ppo", "ppo", "riccati", "riccati")
-    np.testing.assert_allclose(after.costs / riccati.costs, [0.5, 0.6, 0.4, 1.0, 1.0], rtol=1e-12)
-    assert finding.find(DETUMBLE, after, [anew], n=5).finders == after.finders
-
-
-PLANNED = sorted(f"RigidEnvs/{file.stem}" for file in best.PLANS_FOLDER.glob("*.npz"))
-
-
-def test_recipes_are_of_ids_and_there_are_plans_of_no_others():
-    assert {f"RigidEnvs/{name}-v0" for name in finding.RECIPES} <= set(ENVIRONMENTS)
-    assert PLANNED and all(finding.recipe_of(env_id) is not None for env_id in PLANNED)
-    refuses("^ID = RigidEnvs/Detumble-v0; expected one that", finding.plan, "RigidEnvs/Detumble-v0")
-
-
-@pytest.mark.parametrize("env_id", PLANNED)
-def test_plans_cost_what_the_data_say(env_id):
-    known, (found,) = best.best_known(env_id), finding.replayed(env_id)
-    own = np.array([name == best.PLANNER for name in known.finders])
-    assert own.mean() > 0.5 and found.successes[own].all()
-    np.testing.assert_allclose(found.costs[own], known.costs[own], rtol=1e-9, atol=1e-12)
-    better = found.successes & (found.costs < known.costs * (1.0 - 1e-9))
-    assert not better.any()
+def test_recipes_are_of_ids_that_say_what_success_is():
+    assert all(finding.recipe_of(f"RigidEnvs/{name}-v0") for name in finding.RECIPES)
+    told = "^ID = RigidEnvs/Detumble-v0; expected one that is planned"
+    refuses(told, finding.plan, "RigidEnvs/Detumble-v0", [], np.arange(2))
 
 
 def test_plans_are_read_as_they_were_written(tmp_path):
-    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (5, 3, 2)).astype(np.float32)
+    actions = np.random.default_rng(0).uniform(-1.0, 1.0, (10_000, 3, 2)).astype(np.float32)
     file = tmp_path / "plans.npz"
-    write(file, best.StoredPlans(actions, 2000))  # for as long as a plan may last
-    again = best.read_plans(file)
-    np.testing.assert_array_equal(again.actions, actions)
-    assert again.hold == 2000
+    best.write_plans(file, actions)  # for as long as a plan may last
+    np.testing.assert_array_equal(best.read_plans(file), actions)
 
 
 SOUND = np.zeros((5, 3, 2), np.float32)
 WRONG = {
-    "nan": best.StoredPlans(np.where(np.arange(2) == 1, np.nan, SOUND), 1),
-    "inf": best.StoredPlans(SOUND - np.inf, 1),
-    "7.0; expected numbers from -1 to 1": best.StoredPlans(SOUND + 7.0, 1),
-    r"\(0, 3, 2\)": best.StoredPlans(SOUND[:0], 1),
-    r"\(5, 0, 2\)": best.StoredPlans(SOUND[:, :0], 1),
-    r"\(5, 3, 0\)": best.StoredPlans(SOUND[..., :0], 1),
-    "hold = 0; expected an integer of at least 1": best.StoredPlans(SOUND, 0),
-    "hold = 2001; expected plans of at most 10000": best.StoredPlans(SOUND, 2001),
+    "nan": np.where(np.arange(2) == 1, np.nan, SOUND),
+    "inf": SOUND - np.inf,
+    "float64": SOUND.astype(np.float64),
+    r"\(0, 3, 2\)": SOUND[:0],
+    r"\(5, 0, 2\)": SOUND[:, :0],
+    r"\(5, 3, 0\)": SOUND[..., :0],
+    "actions = 10001; expected plans of at most 10000": np.zeros((10_001, 1, 1), np.float32),
 }
 
 
 @pytest.mark.parametrize("message", WRONG)
 def test_plans_that_nobody_can_play_are_refused(tmp_path, message):
     file = tmp_path / "plans.npz"
-    write(file, WRONG[message])
-    with pytest.raises(DamagedFileError, match=rf"plans\.npz: .*{message}.*--plan"):
+    best.write_plans(file, WRONG[message])
+    with pytest.raises(DamagedFileError, match=rf"plans\.npz: .*{message}.*rigid-envs best"):
         best.read_plans(file)
 
 
-def test_plans_of_fewer_starts_or_of_another_environment_are_refused(tmp_path):
-    env_id = "RigidEnvs/CoinPark-v0"
-    for plans in (best.StoredPlans(SOUND, 1), best.StoredPlans(np.zeros((5, 9, 3), np.float32), 1)):
-        write(best.file_of_plans(env_id, tmp_path), plans)
-        with pytest.raises(DamagedFileError, match="expected 2 from at least 4"):
-            finding.replayed(env_id, 4, tmp_path)
+def test_plans_of_another_environment_are_refused(tmp_path):
+    for env_id, wrong in {
+        "RigidEnvs/CoinPark-v0": (SOUND + 7.0, np.zeros((5, 9, 3), np.float32)),
+        GRID: (SOUND[..., :1] - 1.0, SOUND[..., :1] + 4.0),
+    }.items():
+        for actions in wrong:
+            best.write_plans(best.file_of_plans(env_id, tmp_path), actions)
+            with pytest.raises(DamagedFileError, match=r"expected [12] from (-1 to 1|0 to 3), for"):
+                finding.replayed(env_id, 4, tmp_path)
 
 
 def test_a_small_file_that_unpacks_into_gigabytes_is_refused_before_it_does(tmp_path):
@@ -276,44 +297,46 @@ def test_a_small_file_that_unpacks_into_gigabytes_is_refused_before_it_does(tmp_
     np.lib.format.write_array_header_1_0(header, described)
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("actions.npy", header.getvalue() + bytes(1000))
-        archive.writestr("hold.npy", b"")
     with pytest.raises(DamagedFileError, match="2600000000 bytes unpacked; expected at most"):
         best.read_plans(file)
 
 
-def test_the_command_plans_and_says_who_found_it(tmp_path, capsys):
+def test_the_command_plans_and_says_who_found_it(tmp_path, monkeypatch, capsys):
     env_id = "RigidEnvs/CoinPark-v0"
-    assert main(["best", env_id, "--plan", "--starts", "3", "--out", str(tmp_path)]) == 0
-    assert best.PLANNER in capsys.readouterr().out
-    file = best.file_of(env_id, tmp_path)
-    assert list(best.read_best(file).costs[:3]) == list(
-        finding.replayed(env_id, 3, tmp_path)[0].costs
+    monkeypatch.setattr(finding, "_BLOCK", 2)
+    monkeypatch.setitem(
+        finding.RECIPES, "CoinPark", finding.RECIPES["CoinPark"]._replace(n_rounds=8)
     )
-    assert main(["best", env_id, "--plan", "--starts", "4", "--out", str(tmp_path)]) == 0
-    assert len(best.read_best(file).costs) == 4  # those of three starts are no beginning
+    for n in (3, 4):  # what is known of three is kept
+        words = ["best", env_id, "--plan", "--starts", str(n), "--out", str(tmp_path)]
+        assert main(words) == 0
+        assert best.PLANNER in capsys.readouterr().out
+        known = best.read_best(best.file_of(env_id, tmp_path))
+        assert list(known.costs) == list(finding.replayed(env_id, n, tmp_path).costs)
+        reference = evaluate(env_id, "reference", n=n)
+        assert (known.costs < 0.999 * reference.costs).all()
 
 
 def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypatch, capsys):
     env_id = "RigidEnvs/BallPark-v0"
-    for function in (best.file_of_plans, finding.replayed):
-        before = function.__defaults__
-        monkeypatch.setattr(function, "__defaults__", (*before[:-1], tmp_path))
+    monkeypatch.setattr(best.file_of_plans, "__defaults__", (tmp_path,))
     zero = evaluate(env_id, "zero")
     monkeypatch.setattr("rigid_envs.scores.finding.played", lambda *_: {"zero": zero})
-    monkeypatch.setattr("rigid_envs.scores.finding.trained", lambda *_: [])
+    missing = f"{env_id}: no {tmp_path / 'BallPark-v0.npz'}; expected the plans of 500 starts"
     assert main(["verify", "--scores", env_id]) == 0
     (line,) = [x for x in capsys.readouterr().out.splitlines() if x.startswith("not played: ")]
-    assert f"{env_id}: no {tmp_path / 'BallPark-v0.npz'}; expected the plans of 486 starts" in line
-    assert best.missing_plans("RigidEnvs/Detumble-v0") is None  # whose best costs are of no plan
+    assert missing in line
+    assert main(["best", env_id]) == 2  # rather than to forget what is known
+    assert missing in capsys.readouterr().err
 
 
 def test_a_ball_is_planned_from_guesses_alone_nearly_as_well_as_is_known(monkeypatch):
     few = finding.RECIPES["BallPark"]._replace(n_rounds=8, n_guesses=2)
     monkeypatch.setitem(finding.RECIPES, "BallPark", few)
-    plans = finding.plan("RigidEnvs/BallPark-v0", 3)
-    assert plans.actions.shape == (few.n_steps, 3, 2) and plans.hold == 1
+    actions = finding.plan("RigidEnvs/BallPark-v0", [], np.arange(3))
+    assert actions.shape == (few.n_steps, 3, 2)
     # of few guesses not all lead to the shortest path
-    found = evaluate("RigidEnvs/BallPark-v0", plans.policy(3), n=3).efficiencies
+    found = evaluate("RigidEnvs/BallPark-v0", finding.of_plans(actions), n=3).efficiencies
     assert (found > 0.7).all() and (found > 0.99).sum() >= 2
 
 
@@ -332,7 +355,7 @@ def test_plans_are_spread_over_the_steps_there_are_in_equal_parts():
     actions = np.zeros((3, 3, 1))
     actions[:, 0, 0], actions[:, 1, 0] = [1.0, 0.5, 0.0], [0.6, 0.0, 0.0]  # the third one rests
     slowed = finding.spread(actions, 7, slowed=True)[..., 0].T
-    np.testing.assert_allclose(slowed[0], [1 / 3] * 3 + [0.5 / 3] * 3 + [0.0], rtol=1e-15)
+    np.testing.assert_allclose(slowed[0], [0.25] * 4 + [0.5 / 3] * 3, rtol=1e-15)
     np.testing.assert_allclose(slowed[1], [0.6 / 7] * 7, rtol=1e-15)
     assert not slowed[2].any()
     as_they_are = finding.spread(actions, 7, slowed=False)[..., 0].T
@@ -341,5 +364,5 @@ def test_plans_are_spread_over_the_steps_there_are_in_equal_parts():
     turns = np.zeros((3, 1, 2))
     turns[0, 0, 0] = 1.0  # a row moves if one of its entries does
     np.testing.assert_array_equal(finding.spread(turns, 4, slowed=True)[:, 0, 0], [0.25] * 4)
-    # there is no room to split two steps into halves
-    np.testing.assert_array_equal(finding.spread(actions, 3, slowed=True)[:, 0, 0], [1.0, 0.5, 0.0])
+    for slowed in (False, True):  # there is room for one step
+        np.testing.assert_array_equal(finding.spread(actions, 1, slowed)[0, :, 0], [1.0, 0.6, 0.0])

@@ -11,7 +11,7 @@ from gymnasium.wrappers import NormalizeReward, RescaleAction, TimeLimit
 
 from rigid_envs import evaluate, load
 from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
-from rigid_envs.scores.finding import find
+from rigid_envs.scores import finding
 from rigid_envs.scores.policies import from_function, recorded, reference_controllers
 from rigid_envs.scores.proof import Witness, refuse_impossible
 from rigid_envs.scores.starts import TEST_SEED, Cost
@@ -348,7 +348,7 @@ def test_episodes_of_others_that_do_not_end_are_refused(monkeypatch):
 def test_costs_of_an_easier_task_do_not_become_the_best_known(tmp_path, capsys):
     easier = evaluate(DETUMBLE, "brake", n=2, config={"start_momentum": 0.5})
     with pytest.raises(ValueError, match=r"^brake: start_momentum = 0\.5; expected .* registered"):
-        find(DETUMBLE, others=[easier], untrained={}, n=2)
+        finding.nothing(DETUMBLE, 2).and_of(easier)
     still = recorded(np.zeros((50, 2, 3), np.float32))
     replay = record_starts(still, DETUMBLE, 2, "me", config={"start_momentum": 0.5})
     words = ["best", DETUMBLE, "--starts", "2", "--out", str(tmp_path)]

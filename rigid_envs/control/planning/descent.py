@@ -65,29 +65,43 @@ class Subproblem(NamedTuple):
         Args:
             prices: Where to begin, shape (N, R).
         """
-        mu, bound = self.mu[:, None], _WITHIN * self.b
-        prices = np.clip(prices, -mu, mu)
-        value, v, slope, e = self._dual(prices)
-        damping = np.full(len(prices), _DAMPING)
-        gap = self._gap(prices, e)
-        for _ in range(_N_NEWTON):
-            if (gap <= _SOLVED * np.abs(value) + 1e-12).all():
+        plans, solved = np.empty_like(self.a), np.empty_like(prices)
+        rows, problem = np.arange(len(prices)), self
+        prices = np.clip(prices, -self.mu[:, None], self.mu[:, None])
+        found: tuple[Array, ...]
+        found = (prices, *self._dual(prices), np.full(len(prices), _DAMPING))
+        for k in range(_N_NEWTON + 1):
+            prices, value, v, _, e, _ = found
+            open_ = problem._gap(prices, e) > _SOLVED * np.abs(value) + 1e-12
+            done = ~open_ if k < _N_NEWTON else np.ones_like(open_)
+            plans[rows[done]], solved[rows[done]] = v[done], prices[done]
+            if done.any():
+                rows, problem = rows[~done], Subproblem(problem.limits, *_part(problem[1:], ~done))
+                found = _part(found, ~done)
+            if not len(rows):
                 break
-            side = np.where(prices == 0.0, np.sign(e), np.sign(prices))
-            rest = e - bound * side
-            fixed = (prices == 0.0) & (np.abs(e) <= bound)
-            fixed |= (np.abs(prices) >= mu) & (rest * side >= 0.0)
-            trial = prices + self._newton(slope, rest, fixed, damping)
-            trial = np.where(trial * side < 0.0, 0.0, np.clip(trial, -mu, mu))
-            found = self._dual(trial)
-            left = self._gap(trial, found[3])
-            equal = np.abs(found[0] - value) <= _EQUAL * np.abs(value)
-            better = np.where(equal, left < gap, found[0] > value)
-            old, new = (prices, value, v, slope, e, gap), (trial, *found, left)
-            for kept, taken in zip(old, new, strict=True):
-                kept[better] = taken[better]
-            damping = np.clip(damping * np.where(better, 0.1, 5.0), _LEAST_DAMPING, _MOST_DAMPING)
-        return v, prices
+            found = problem._newton_step(*found)
+        return plans, solved
+
+    def _newton_step(
+        self, prices: Array, value: Array, v: Array, slope: Array, e: Array, damping: Array
+    ) -> tuple[Array, ...]:
+        """The same after a step of Newton's method, in rows that it makes better."""
+        mu, bound = self.mu[:, None], _WITHIN * self.b
+        side = np.where(prices == 0.0, np.sign(e), np.sign(prices))
+        rest = e - bound * side
+        fixed = (prices == 0.0) & (np.abs(e) <= bound)
+        fixed |= (np.abs(prices) >= mu) & (rest * side >= 0.0)
+        trial = prices + self._newton(slope, rest, fixed, damping)
+        trial = np.where(trial * side < 0.0, 0.0, np.clip(trial, -mu, mu))
+        new = self._dual(trial)
+        equal = np.abs(new[0] - value) <= _EQUAL * np.abs(value)
+        nearer = self._gap(trial, new[3]) < self._gap(prices, e)
+        better = np.where(equal, nearer, new[0] > value)
+        for kept, taken in zip((prices, value, v, slope, e), (trial, *new), strict=True):
+            kept[better] = taken[better]
+        damping = damping * np.where(better, 0.1, 5.0)
+        return prices, value, v, slope, e, np.clip(damping, _LEAST_DAMPING, _MOST_DAMPING)
 
     def violation(self, v: Array) -> Array:
         """Sum of what the linearised errors of plans v are above their bounds, shape (N,)."""
@@ -148,6 +162,10 @@ def square_root(S: Array) -> Array:
             rest = S[..., i, j] - (F[..., i, :j] * F[..., j, :j]).sum(axis=-1)
             F[..., i, j] = rest / np.where(left > 1e-14, F[..., j, j], np.inf)
     return F
+
+
+def _part(arrays: Sequence[Any], rows: npt.NDArray[np.bool_]) -> Any:
+    return tuple(each[rows] for each in arrays)
 
 
 # Sequential convex programming: plans that cost less and less, and succeed.
@@ -421,7 +439,7 @@ def shorten(model: Model, actions: npt.NDArray[np.floating], n_cuts: int, n_roun
     """
     plans = Plans(np.array(actions, dtype=np.float32), np.full(model.n_rows, np.inf))
     plans.keep(np.arange(model.n_rows), model.roll(np.asarray(actions, dtype=np.float64)))
-    period = model.task.dt * model.repeat
+    period = model.task.dt
     cut = _FIRST_CUT * plans.costs / period
     for _ in range(n_cuts):
         steps = np.ceil(np.where(np.isinf(plans.costs), 0.0, plans.costs) / period - 1e-6)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -151,8 +151,16 @@ def first_steps(core: Core, n_steps: int) -> Integers:
     if "time_left" in task.aux_names:
         left = core.auxiliary("time_left") / task.dt
         return np.asarray(np.ceil(left - _ROUNDING_OF_TIME), dtype=np.int64)
-    held = max(1, round(getattr(task, "hold", 0.0) / task.dt))
-    return np.full(core.n_rows, n_steps - held + 1)
+    return np.full(core.n_rows, n_steps - steps_held(task) + 1)
+
+
+def steps_held(task: Task) -> int:
+    """Number of steps in succession that make a success."""
+    return max(1, round(float(getattr(task, "hold", 0.0)) / task.dt))
+
+
+Counts = Literal["cost", "time", "error"]
+"""What of a plan is to be small."""
 
 
 # Plans rolled out, and every step of them linearised, by the compiled step of the environment.
@@ -169,13 +177,15 @@ class Motion(NamedTuple):
     Attributes:
         actions: As they were applied, float32, shape (T, N, m).
         y: States before each step and at the end, shape (T + 1, N, n).
+        clocks: Clocks and auxiliary states then, side by side, shape (T + 1, N, k).
         errors: Of the conditions after each step, over the tolerances, shape (T, N, q).
-        costs: Sum of the costs until the end, or the time until success, to stay, shape (N,).
+        costs: What counts, see `Model`, shape (N,).
         successes: Whether the last step before the end was a success, shape (N,).
     """
 
     actions: npt.NDArray[np.float32]
     y: Array
+    clocks: Array
     errors: Array
     costs: Array
     successes: Bools
@@ -215,6 +225,7 @@ class Model:
     Attributes:
         task: The task.
         n_steps: T.
+        n_actions: Components m of an action.
         limits: Of the actions.
         weights: Cost of a unit of action in a step, shape (N,).
         first: Number of the step from which on the conditions must hold, shape (N,).
@@ -228,8 +239,7 @@ class Model:
         task: Task,
         state: Mapping[str, Array],
         n_steps: int,
-        repeat: int = 1,
-        timed: bool = False,
+        counts: Counts = "cost",
     ) -> None:
         """Make room.
 
@@ -237,25 +247,32 @@ class Model:
             task: The task.
             state: Of rows at their starts, as `Core.get_state` gives it.
             n_steps: T.
-            repeat: Number of control periods for which an action is held.
-            timed: Whether the cost is the time until success, to stay; then actions are free.
+            counts: What is to be small: the costs of the environment, the time until the first
+                step of a success that stays, or the root mean square of the errors. Actions are
+                free but for costs.
         """
-        self.task, self.n_steps, self.repeat, self.timed = task, n_steps, repeat, timed
+        self.task, self.n_steps, self.counts = task, n_steps, counts
         self._state = {key: np.array(part) for key, part in state.items()}
+        n_clock, n_aux = self._state["clock"].shape[1], len(task.aux_names)
+        self._columns = {"clock": slice(0, n_clock)}
+        if n_aux:
+            self._columns["aux"] = slice(n_clock, n_clock + n_aux)
         self.conditions: Conditions = conditions_of(task)
         fields = type(task).episode.dynamics.State._fields
         self.index = np.array([fields.index(name) for name in self.conditions.components])
         self._core = Core(task, len(self._state["y"]))
-        self._n_actions = self._core.actions.shape[1]
+        self.n_actions = self._core.actions.shape[1]
         self._copies: Core | None = None
         self._core.set_state(self._state)
-        self.first = (first_steps(self._core, n_steps * repeat) - 1) // repeat + 1
+        self.first = first_steps(self._core, n_steps)
+        if counts == "error":
+            self.first = np.ones_like(self.first)
         sizes = [each.shape[-1] for each in self.conditions.errors(self._core)]
         self.groups = tuple(np.split(np.arange(sum(sizes)), np.cumsum(sizes)[:-1]))
         each = self._unit_costs()
         disk = type(task).episode.clip is clip_to_disk
         self.limits = Limits(disk, each.max(axis=1) > 0.0)
-        self.weights = (0.0 if timed else repeat) * each.max(axis=0)
+        self.weights = (1.0 if counts == "cost" else 0.0) * each.max(axis=0)
 
     @property
     def n_rows(self) -> int:
@@ -265,7 +282,7 @@ class Model:
     def part(self, rows: Integers) -> Model:
         """A model of some of the rows."""
         state = {key: each[rows] for key, each in self._state.items()}
-        part = Model(self.task, state, self.n_steps, self.repeat, self.timed)
+        part = Model(self.task, state, self.n_steps, self.counts)
         part.first, part.weights = self.first[rows], self.weights[rows]
         return part
 
@@ -276,16 +293,17 @@ class Model:
             plan: Actions, shape (T, N, m).
             tracking: What is added to them where the motion leaves what was expected.
         """
-        core, steps = self._core, range(self.n_steps)
+        core = self._core
         core.set_state(self._state)
         y = np.empty((self.n_steps + 1, *self._state["y"].shape))
-        actions = np.empty((self.n_steps, core.n_rows, self._n_actions), dtype=np.float32)
+        actions = np.empty((self.n_steps, core.n_rows, self.n_actions), dtype=np.float32)
         errors: list[Array] = []
+        clocks = [self._clocks(core)]
         costs: Array = np.zeros(core.n_rows)
         successes, ended = np.zeros((2, core.n_rows), dtype=bool)
         failed = np.zeros(core.n_rows, dtype=np.int64)
         y[0] = core.y
-        for t in steps:
+        for t in range(self.n_steps):
             action = plan[t]
             if tracking is not None:
                 off = self.coordinates(y[t]) - tracking.targets[t]
@@ -293,27 +311,30 @@ class Model:
                 action = np.round(_GRID * action) / _GRID
             actions[t] = self.limits.clip(action)
             core.actions[...] = actions[t]
-            for k in range(t * self.repeat, (t + 1) * self.repeat):
-                core.step()
-                flags = core.flags
-                won = flags[FLAGS.is_success]
-                costs += np.where(ended, 0.0, core.results[0])
-                successes = np.where(ended, successes, won)
-                failed[~ended & ~won] = k + 1
-                ended |= flags[FLAGS.terminated]
+            core.step()
+            flags = core.flags
+            won = flags[FLAGS.is_success]
+            costs += np.where(ended, 0.0, core.results[0])
+            successes = np.where(ended, successes, won)
+            failed[~ended & ~won] = t + 1
+            ended |= flags[FLAGS.terminated]
             y[t + 1] = core.y
+            clocks.append(self._clocks(core))
             errors.append(self._errors(core))
-        if self.timed:
-            costs = np.asarray(self.task.dt * (failed + 1.0), dtype=np.float64)
-        return Motion(actions, y, np.stack(errors), costs, successes)
+        if self.counts == "time":
+            first = failed + 2 - steps_held(self.task)
+            costs = np.asarray(self.task.dt * first, dtype=np.float64)
+        elif self.counts == "error":
+            costs = np.sqrt(np.mean(np.sum(np.square(errors), axis=-1), axis=0))
+        return Motion(actions, y, np.stack(clocks), np.stack(errors), costs, successes)
 
     def linearise(self, motion: Motion) -> Linear:
         """Linearise the steps of a motion, by differences of copies of the rows.
 
-        An action is changed towards 0: so it stays within its limits. Clocks and auxiliary states
-        stay those of the start: of them errors read goals alone.
+        An action is changed towards 0: so it stays within its limits. Auxiliary states change with
+        time alone, as a goal does that moves.
         """
-        rows, m, q = self.n_rows, self._n_actions, motion.errors.shape[2]
+        rows, m, q = self.n_rows, self.n_actions, motion.errors.shape[2]
         x = np.stack([self.coordinates(y) for y in motion.y])
         n, n_y = x.shape[2], len(self.index)
         d, first = n_y + m, int(self.first.min())
@@ -335,11 +356,12 @@ class Model:
             size = np.full((rows, d, 1), _SMALL)
             size[:, n_y:, 0] = a[:, n_y + entry, entry].astype(np.float64) - old
             state["y"] = y.reshape(rows * d, -1)
+            for key, columns in self._columns.items():
+                state[key] = motion.clocks[t][:, columns].repeat(d, axis=0)
             copies.set_state(state)
             start = copies.y  # attitudes are of length 1
             copies.actions[...] = a.reshape(rows * d, m)
-            for _ in range(self.repeat):
-                copies.step()
+            copies.step()
             before = self._quotients(start, x[t], size)[:, :n_y]
             after = self._quotients(copies.y, x[t + 1], size)
             square = before.swapaxes(1, 2) @ before + _ROUNDING * np.eye(n)
@@ -352,6 +374,10 @@ class Model:
                 linear.Ey[t] = shown[:, :n_y].swapaxes(1, 2) @ back
                 linear.Ea[t] = shown[:, n_y:].swapaxes(1, 2)
         return linear
+
+    def _clocks(self, core: Core) -> Array:
+        state = core.get_state()
+        return np.concatenate([state[key] for key in self._columns], axis=1)
 
     def _errors(self, core: Core) -> Array:
         """Errors of rows that have just stepped, side by side, shape (N, q)."""
@@ -369,7 +395,7 @@ class Model:
     def _unit_costs(self) -> Array:
         """Cost of a step with each component of the action alone at 1, shape (m, N)."""
         costs = []
-        for unit in np.eye(self._n_actions):
+        for unit in np.eye(self.n_actions):
             self._core.set_state(self._state)
             self._core.actions[...] = unit
             self._core.step()

@@ -126,4 +126,11 @@ def _stopped(core: Core) -> list[Array]:
     return [*_pose(y, None, task), y[:, 6:8] / task.speed_tolerance]
 
 
+def _held(core: Core) -> list[Array]:
+    task: Any = core.task
+    return [(core.y[:, 4:6] - core.auxiliary("point_X", "point_Y")) / task.tolerance]
+
+
 STOPPED = Conditions((*_POSE, "VX", "VY"), _stopped)
+_TABLE = ("spin", "alpha_x", "alpha_y", "rate_x", "rate_y")
+HELD = Conditions(("X", "Y", "VX", "VY", *_TABLE), _held, n_parts=6)

@@ -253,5 +253,14 @@ def _parked(core: Core) -> list[Array]:
     return _pose(core.y, goal, core.task)
 
 
+def _beside(core: Core) -> list[Array]:
+    """Pose error over the largest mean of it: so small in every step, it is so in the mean."""
+    task: Any = core.task
+    y, reference = core.y, core.auxiliary(*_REFERENCE)
+    place = (y[:, 4:6] - reference[:, 4:]) / core.parameters["radius"][:, None]
+    turn = rotations.multiply(y[:, :4], rotations.conjugate(reference[:, :4]))
+    return [np.concatenate([place, rotations.log(turn)], axis=-1) / task.bound]
+
+
 _POSE = ("w", "x", "y", "z", "X", "Y")
-PARKED = Conditions(_POSE, _parked)
+PARKED, BESIDE = Conditions(_POSE, _parked), Conditions(_POSE, _beside)

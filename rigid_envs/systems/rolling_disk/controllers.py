@@ -54,6 +54,12 @@ def rolling_state(motion: DiskMotion) -> Array:
     return np.concatenate([q, np.stack([rate, wn, w3, zero, zero], axis=-1)], axis=-1)
 
 
+def curvature(now: DiskMotion) -> Array:
+    """Curvature of the path of the contact, times the radius, shape (...); 0 if it stands."""
+    s, c = np.cos(now.lean), -np.sin(now.lean)
+    return _over(now.wn, s * now.w3 - now.wn * c)
+
+
 def _over(a: Array, b: Array) -> Array:
     """The quotient a / b; 0 where b is."""
     return np.asarray(a * b / np.maximum(b * b, _TINY))
@@ -139,19 +145,14 @@ class CircleRegulator(CheckedFields):
         lean = self.torque * np.asarray(action, dtype=np.float64)
         return np.concatenate([0.0 * lean, lean, 0.0 * lean], axis=-1)
 
-    def curvature(self, now: DiskMotion) -> Array:
-        """Curvature of the path of the contact, times the radius, shape (...); 0 if it stands."""
-        s, c = np.cos(now.lean), -np.sin(now.lean)
-        return _over(now.wn, s * now.w3 - now.wn * c)
-
-    def to_go(self, now: DiskMotion, curvature: npt.ArrayLike) -> Array:
+    def to_go(self, now: DiskMotion, goal: npt.ArrayLike) -> Array:
         """Newton's step theta* - theta, shape (...) [rad]."""
         s, c = np.cos(now.lean), -np.sin(now.lean)
         wn_t, w3_t = self._slopes(now)
-        roll_rate, found = s * now.w3 - now.wn * c, self.curvature(now)
+        roll_rate, found = s * now.w3 - now.wn * c, curvature(now)
         roll_rate_t = c * now.w3 + s * w3_t - wn_t * c + now.wn * s
         slope = _over(wn_t - found * roll_rate_t, roll_rate)
-        return _over(np.asarray(curvature) - found, slope)
+        return _over(np.asarray(goal) - found, slope)
 
     def _moved(self, now: DiskMotion, step: Array) -> DiskMotion:
         """The motion at a lean that is `step` further, at rest."""

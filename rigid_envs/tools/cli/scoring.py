@@ -1,6 +1,7 @@
 """Verbs of scores: evaluate, best, leaderboard, repeat, recheck, verify."""
 
 import argparse
+import itertools
 import json
 import time
 from collections.abc import Sequence
@@ -15,11 +16,11 @@ from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs import lookup as catalogue
 from rigid_envs.scores import best, finding
 from rigid_envs.scores.comparison import KINDS, compare
-from rigid_envs.scores.evaluation import evaluate, recheck, repeat
+from rigid_envs.scores.evaluation import evaluate, make_rows, recheck, repeat
 from rigid_envs.scores.leaderboard import write_leaderboard
 from rigid_envs.scores.policies import recorded
 from rigid_envs.scores.records import read_evaluation
-from rigid_envs.scores.starts import N_STARTS
+from rigid_envs.scores.starts import N_STARTS, evaluation_seeds
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import words
@@ -214,6 +215,12 @@ def _again(file: Path, env_id: str) -> Any:
     """What comes of the actions of a replay from the first starts."""
     replay = load_replay(file)
     require(replay.env_id == env_id, replay.env_id, f"{file}: env_id", env_id)
+    config, n = catalogue.changed(env_id, replay.task), len(replay.episodes)
+    rows = make_rows(env_id, n, config)
+    rows.reset(seed=evaluation_seeds(n))
+    for k, (each, start) in enumerate(zip(replay.episodes, rows.get_state()["y"], strict=True)):
+        expected = "the first starts of the evaluation set: seeds of `evaluation_seeds`"
+        require(np.array_equal(each.y[0], start), each.y[0], f"{file}: start {k}", expected)
     longest = max(map(len, replay.episodes))
     actions = np.stack(
         [
@@ -222,29 +229,25 @@ def _again(file: Path, env_id: str) -> Any:
         ],
         axis=1,
     )
-    actions = actions[..., 0] if replay.task.n_choices else actions
     policy = recorded(actions, replay.episodes[0].label or file.stem)
-    config = catalogue.changed(env_id, replay.task)
-    return evaluate(env_id, policy, n=len(replay.episodes), config=config)
+    return evaluate(env_id, policy, n=n, config=config)
 
 
 @words.verb(
     words.option("ids", nargs="*", metavar="ID", help="these environments only"),
     words.option(
         "--with",
-        dest="files",
+        dest="policies",
         nargs="+",
-        type=Path,
         default=[],
-        metavar="FILE",
-        help="replays (.npz) of the first starts of one id; their actions are played again, and "
-        "their labels say who found them",
+        metavar="POLICY",
+        help="of one id: further policies, as of `rigid-envs evaluate`, or replays (.npz) of the "
+        "first starts, whose actions are played again, and whose labels say who found them",
     ),
     words.option(
         "--plan",
         action="store_true",
-        help="improve the stored plans first, or plan where there are none: minutes for each id "
-        "that has a recipe",
+        help="improve them by planning, from all that is known: hours for an id with 500 starts",
     ),
     words.option("--starts", type=int, metavar="N", help="fewer starts, for a first look"),
     words.option("--out", type=Path, metavar="FOLDER", help="instead of the package's data"),
@@ -252,9 +255,9 @@ def _again(file: Path, env_id: str) -> Any:
 def best_(options: argparse.Namespace) -> None:
     """Compute the best known cost from each start, and keep it as data.
 
-    Play the untrained policies, the stored plans, the published policy and recorded episodes from
+    Play the stored plans, the untrained policies, the published policy and recorded episodes from
     the starts of the evaluation set, and keep the least cost of a success from each start with its
-    finder.
+    finder and its actions, the plan.
     """
     ids = words.checked_ids(options.ids or ENVIRONMENTS)
     n = N_STARTS if options.starts is None else options.starts
@@ -262,8 +265,8 @@ def best_(options: argparse.Namespace) -> None:
     require(known, n, "--starts", f"1 to {N_STARTS}; with --out if it is less")
     kept = options.out is not None or set(ids) <= set(ENVIRONMENTS)
     require(kept, options.out, "--out", "a folder: the package keeps data of its own ids alone")
-    alone = not options.files or len(ids) == 1
-    require(alone, options.ids, "--with: ID", "the one id that the files are of")
+    alone = not options.policies or len(ids) == 1
+    require(alone, options.ids, "--with: ID", "the one id that the policies are of")
     folder = options.out or best.FOLDER
     if not folder.is_dir():
         raise ValueError(f"--out = {folder}; expected a folder that exists")
@@ -283,21 +286,27 @@ def best_(options: argparse.Namespace) -> None:
 
 
 def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) -> best.Best:
-    """Plan if that is asked for, play all that is known, and write what is best."""
-    file, plans = best.file_of(env_id, folder), options.out or best.PLANS_FOLDER
-    known = best.read_best(file) if file.exists() else None
-    others = [_again(each, env_id) for each in options.files]
+    """Play all that is known, plan if that is asked for, and write what is best."""
+    if options.out is None and (missing := best.missing_plans(env_id)):
+        raise ValueError(missing)
+    plans = options.out or best.PLANS_FOLDER
     untrained = finding.played(env_id, n)
-    if options.plan and finding.recipe_of(env_id) is not None:
-        place = best.file_of_plans(env_id, plans)
-        stored = best.read_plans(place) if place.exists() else None
-        best.write_plans(place, finding.plan(env_id, n, stored))
-    elif options.out is None and (missing := best.missing_plans(env_id)):
-        print(missing)
-    others += [*finding.replayed(env_id, n, plans), *finding.trained(env_id, n)]
-    found = finding.find(env_id, known, others, untrained, n)
-    best.write_best(file, found)
-    return found
+    others = [*untrained.values(), *finding.trained(env_id, n)]
+    others += [
+        _again(Path(each), env_id) if each.endswith(".npz") else evaluate(env_id, each, n=n)
+        for each in options.policies
+    ]
+    found = finding.stored(env_id, n, folder, plans)
+    for each in others:
+        found = found.and_of(each)
+    able = options.plan and finding.recipe_of(env_id) is not None
+    firsts = [each.actions for each in others if each.actions is not None and each.successes.any()]
+    for improved in itertools.chain([found], finding.search(found, firsts) if able else ()):
+        found = improved.told(untrained)
+        best.write_plans(best.file_of_plans(env_id, plans), found.actions)
+        best.write_best(best.file_of(env_id, folder), found.best)
+        words.tell(f"{env_id}   {np.nanmean(found.best.costs):.6g}")
+    return found.best
 
 
 _COMPARED = ("success_rate", "efficiency")
@@ -335,11 +344,11 @@ def _compared(known: best.Best) -> list[tuple[str, ...]]:
         now, then = found.against(known.costs).summary(), known.policies.get(name, {})
         off = max(abs(now[key] - then.get(key, np.inf)) for key in _COMPARED)
         rows.append((found, now["efficiency"], off, off <= _TOLERANCE))
-    for found in (*finding.replayed(known.env_id), *finding.trained(known.env_id)):
-        own = np.array([name == found.policy for name in known.finders])
+    if best.missing_plans(known.env_id) is None:
+        found, own = finding.replayed(known.env_id), ~np.isnan(known.costs)
         off = float(np.max(np.abs(found.costs[own] / known.costs[own] - 1.0), initial=0.0))
         met = bool(found.successes[own].all()) and off <= _ROUNDING
-        rows.append((found, float(own.mean()), off, met))
+        rows.append((replace(found, policy="best known"), float(own.mean()), off, met))
     return [
         (known.env_id, found.policy, f"{found.success.mean:.3f}", f"{share:.4f}", f"{off:.1e}",
          "holds" if holds else "FAILS")

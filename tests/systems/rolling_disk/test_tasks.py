@@ -15,6 +15,7 @@ from rigid_envs.systems.rolling_disk.controllers import (
     rolling,
     rolling_state,
 )
+from rigid_envs.systems.rolling_disk.controllers import curvature as curvature_of
 from rigid_envs.systems.rolling_disk.system import RollingDisk
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, DiskRollRandom, threshold
 from tests.refusals import refuses
@@ -66,7 +67,7 @@ def played(controller, y, goal, n):
 def test_on_a_steady_circle_of_the_closed_form_no_torque_is_asked_for(shape):
     controller = controller_of(shape)
     for circle, curvature, _ in free_circles(DISKS[shape]):
-        assert controller.curvature(circle) == pytest.approx(curvature, rel=1e-12)
+        assert curvature_of(circle) == pytest.approx(curvature, rel=1e-12)
         # torques of m g r cos(theta) and more cancel, to rounding
         assert abs(float(controller(rolling_state(circle), curvature)[0])) < 1e-13
         assert abs(float(controller.value(rolling_state(circle), curvature))) < 1e-25
@@ -77,7 +78,7 @@ def test_on_any_circle_the_torque_is_that_which_holds_the_lean(shape):
     controller, rng = controller_of(shape, 10.0), np.random.default_rng(0)
     circle = DiskMotion(*rng.uniform([-0.5, 0, -1, 1], [0.5, 0, 1, 2], (20, 4)).T)
     y = rolling_state(circle)
-    held = controller.inputs(controller(y, controller.curvature(circle)))
+    held = controller.inputs(controller(y, curvature_of(circle)))
     lean_rate = rolling(controller.disk.advance(y, held, 1e-4)).rate
     # none but from the next order of the motion, 1e-8 s^2
     np.testing.assert_allclose(lean_rate, 0.0, rtol=0, atol=1e-7)
@@ -120,7 +121,7 @@ def test_the_lean_that_is_asked_for_does_not_move_far_from_upright_either(shape)
     assert np.median(np.abs(off)) > 3e-4
     # One step of Newton's method: a slope that is wrong by a part in ten is 1e-4 off and more, the
     # next order, with derivatives of size 1, some 1e-6
-    left = off + controller.to_go(now, controller.curvature(circle))
+    left = off + controller.to_go(now, curvature_of(circle))
     assert (np.abs(left) < 5.0 * off**2).all()
 
 
@@ -174,7 +175,7 @@ def test_slow_discs_that_lean_are_led_onto_their_circles(share, lean, goal):
     def succeeds(leans):
         slow = DiskMotion(leans[..., 0], 0.0, 0.0, share * threshold)
         end = rolling(played(controller, rolling_state(slow), goal, 160)[-1])
-        return np.abs(controller.curvature(end) / goal - 1.0) < 0.05
+        return np.abs(curvature_of(end) / goal - 1.0) < 0.05
 
     sizes = lean * np.array([0.0001, 0.5, 1.0])
     assert (region_of_attraction(succeeds, [[1.0], [-1.0]], sizes) == lean).all()
