@@ -160,7 +160,8 @@ BALL = systems.DynamicBall(radius=0.8, beta=0.5, turntable_rate=0.3)
 SPIN = HeldSpin(BODY, 1.0, 0.2)
 BALANCE = BalancedTop(TOP, 3.0)
 TABLE = HeldBall(BALL, 0.4, 0.1, 0.1)
-UPRIGHT = TOP.state(q=rotations.exp([0.1, -0.05, 0.7]), omega_body=[0.1, -0.2, 1.5])
+OFF = {"pivot": [0.4, -0.6], "pivot_velocity": [0.2, 0.3]}
+UPRIGHT = TOP.state(q=rotations.exp([0.1, -0.05, 0.7]), omega_body=[0.1, -0.2, 1.5], **OFF)
 
 
 class DoubleIntegrator:

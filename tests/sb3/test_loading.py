@@ -111,6 +111,7 @@ def test_from_an_exported_file_goes_on_the_whole_model(tmp_path, case):
     model = CASES[case]()
     file = export(model, tmp_path / "policy.safetensors")
     again = load_model(file, n_steps=16, batch_size=16, seed=0)
+    assert again.n_envs == 1  # so that an update is of n_steps, as Stable-Baselines3 has it
     for name, weights in model.policy.state_dict().items():
         assert torch.equal(again.policy.state_dict()[name], weights), name
     scaled, other = model.get_vec_normalize_env(), again.get_vec_normalize_env()

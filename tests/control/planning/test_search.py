@@ -151,6 +151,15 @@ def test_a_part_of_a_search_goes_on_as_the_whole_does_in_its_rows():
     assert part.going().all() and not part.going().any()  # nothing was gained between the two
 
 
+def test_a_search_does_not_depend_on_the_unit_of_the_cost():
+    model, other = (model_of(PARK, 2, 10) for _ in range(2))
+    other.weights, actions = model.weights / 128.0, some_actions(model, 10)
+    searches = [PlanSearch(model, actions, 2.0), PlanSearch(other, actions, 2.0 / 128.0)]
+    for _ in range(6):
+        one, two = (search.step().actions for search in searches)
+        np.testing.assert_array_equal(two, one)
+
+
 def test_rows_of_motions_are_taken_and_merged_whole():
     rng, T, n = np.random.default_rng(5), 3, 4
 

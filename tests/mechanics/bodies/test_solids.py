@@ -250,6 +250,11 @@ def test_lengths_whose_squares_overflow_are_refused(size):
                     getattr(bodies, name)(*good[:i], size, *good[i + 1 :])
 
 
+def test_a_length_may_be_as_large_as_a_refusal_says():
+    refuses(r"radius = 2e\+100; .* at most 1e\+100 m", bodies.solid_sphere, 1.0, 2e100)
+    assert bodies.solid_sphere(1.0, 1e100).inertia[0, 0] == 0.4e200
+
+
 SIZE = 2.0 * np.sqrt(3.0)
 poses = st.tuples(any_body, quaternions, points)
 
