@@ -119,6 +119,13 @@ def test_arrays_that_together_claim_more_than_is_left_are_refused(tmp_path):
         read_arrays(tmp_path / "a.npz", 23_999)
 
 
+@pytest.mark.parametrize("array", [np.array("1"), np.array(1, "m8[s]"), np.zeros(1, "f8, i4")])
+def test_an_array_of_anything_but_numbers_or_booleans_is_refused(array, tmp_path):
+    np.savez(tmp_path / "a.npz", a=array)
+    with pytest.raises(DamagedFileError, match="expected numbers or booleans"):
+        read_arrays(tmp_path / "a.npz")
+
+
 def test_more_than_can_be_read_again_is_not_written(tmp_path):
     for arrays in ({"a": np.empty(2**25 + 1)}, {str(k): np.zeros(0) for k in range(50_001)}):
         with pytest.raises(ValueError, match=r"expected at most 50000 of .*: write several files"):
