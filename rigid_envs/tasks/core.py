@@ -183,14 +183,14 @@ class StateFormat:
     def _check_parameters(self, raw: Array) -> None:
         """Refuse parameters that are outside their ranges and that a reset would not take."""
         ends = np.array(list(self._task.ranges().values()))[: raw.shape[1]]
-        outside = ~np.all((ends[:, 0] <= raw) & (raw <= ends[:, 1]), axis=1)
+        outside = np.any(raw != np.clip(raw, *ends.T), axis=1)
         positions = self._task.parameter_positions()
         where = {name: list(positions[name]) for name in self._task.physical_parameters()}
         for values in np.unique(raw[outside], axis=0):
             given: dict[str, Any] = {name: float(values[k[0]]) for name, k in where.items()}
             replace(self._task, **given)  # refuses what is not allowed
-            for name, k in where.items():
-                require(np.ptp(values[k]) == 0.0, values, name, "equal numbers")
+        for name, k in where.items():
+            require(np.ptp(raw[:, k], axis=1) == 0.0, raw[:, k], name, "equal numbers")
 
     def _check_channel(self, channel: Array, begun: Bools) -> None:
         for name, k in CHANNEL._asdict().items():

@@ -219,14 +219,19 @@ def test_parameters_that_are_drawn_as_one_count_as_one():
     SleepingTop(I_perp=(1.0, 3.0))
 
 
-def test_a_state_whose_moments_differ_that_are_one_field_is_refused():
-    core = Core(SleepingTop(), 1)
+@pytest.mark.parametrize("moment", [1.0, (0.9, 1.2)])
+def test_a_state_of_moments_that_differ_though_one_field_or_of_no_body_is_refused(moment):
+    core = Core(SleepingTop(I_perp=moment), 1)
     core.reset(np.zeros(1, dtype=np.int64))
-    state = core.get_state()
-    for k in core.task.parameter_positions()["I_perp"]:
+    state, places = core.get_state(), core.task.parameter_positions()
+    for k, size, message in (
+        *((k, 1.01, r"I_perp.* = .*; expected equal numbers") for k in places["I_perp"]),
+        (*places["I3"], 9.0, r"I3 = .*; expected I3 <= "),
+        (slice(None), -1.0, r"I_perp = -.*; expected a number in"),  # none is in its range
+    ):
         wrong = state["parameters"].copy()
-        wrong[0, k] *= 1.01
-        with pytest.raises(ValueError, match=r"I_perp = .*; expected equal numbers"):
+        wrong[0, k] *= size
+        with pytest.raises(ValueError, match=message):
             core.set_state({**state, "parameters": wrong})
 
 
