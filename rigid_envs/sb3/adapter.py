@@ -72,10 +72,10 @@ def all_finite(arrays: NDArray[Any] | Mapping[str, NDArray[Any]] | tuple[Any, ..
     One sum is not finite when any of its terms is not, and costs less than looking at each.
 
     Args:
-        arrays: An array or a collection of arrays.
+        arrays: An array or a number, or a collection of them.
     """
     with np.errstate(invalid="ignore", over="ignore"):
-        return all(math.isfinite(array.sum()) for array in _each(arrays))
+        return all(math.isfinite(np.asarray(array).sum()) for array in _each(arrays))
 
 
 def bad_row(arrays: NDArray[Any] | Mapping[str, NDArray[Any]] | tuple[Any, ...]) -> int | None:
@@ -310,7 +310,7 @@ class GymnasiumVecEnv(base.VecEnv):
         details = split(infos.get("final_info", {}), rows)
         last_obs = rows_of(infos["final_obs"], rows)
         for row, last in zip(rows.tolist(), last_obs, strict=True):
-            if not all_finite(last if isinstance(last, dict | tuple) else np.asarray(last)):
+            if not all_finite(last):
                 raise self._not_finite("last observation", row)
         returns, lengths = self._returns[rows], self._lengths[rows]
         columns = zip(

@@ -304,6 +304,14 @@ def test_the_last_observation_of_an_episode_is_a_dictionary_of_one_row():
             assert not np.shares_memory(last[key], obs[key])
 
 
+@pytest.mark.parametrize("seen_as", [lambda cell: cell, lambda cell: {"cell": cell}])
+def test_the_last_observation_may_be_a_choice_or_hold_one(seen_as):
+    env = GymnasiumVecEnv(script := Script())
+    script.observe = lambda: seen_as(script.elapsed.copy())
+    env.reset()
+    assert steps(env, 2)[-1][-1][0]["terminal_observation"] == seen_as(2)
+
+
 def test_what_a_step_pays_can_be_computed_anew_through_sb3():
     env = native(GOAL, position_tolerance=1.0, angle_tolerance=2.0)
     env.seed(0)
