@@ -216,7 +216,9 @@ def test_a_quick_command_says_nothing_and_a_cleared_line_neither(clock, capsys):
 def test_off_a_terminal_the_last_line_says_how_far_it_came(clock, capsys):
     for clock[0], what in enumerate([*(f"{k} of 15" for k in range(16)), "", "1 of 2", ""]):
         progress.tell(what)
-    assert capsys.readouterr().err == "10 of 15\n15 of 15\n"
+        if what == "12 of 15":
+            progress.say("this stays")
+    assert capsys.readouterr().err == "10 of 15\nthis stays\n15 of 15\n"
 
 
 def test_on_a_terminal_it_is_one_line(clock, capsys, monkeypatch):

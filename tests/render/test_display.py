@@ -72,7 +72,7 @@ def test_a_vector_environment_gives_a_picture_for_each_row_or_for_those_that_are
     assert len(many.render()) == 3
 
 
-@pytest.mark.parametrize("rows", [[4], [-1], [], "01", [0.5], [[0]]])
+@pytest.mark.parametrize("rows", [[0, 4], [-1, 0], [], "01", [0.5], [[0]]])
 def test_wrong_render_rows_are_refused(rows):
     with pytest.raises(ValueError, match=r"^config\.render_rows: render_rows = .*; expected"):
         gym.make_vec(PARK, num_envs=4, render_rows=rows)

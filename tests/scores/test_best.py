@@ -72,6 +72,7 @@ def test_the_data_can_be_computed_again(capsys):
     out = capsys.readouterr().out
     assert out.startswith(heading(provenance()).partition("\n")[0]) and out.count("holds") == 5
     assert "best known" in out
+    assert out.endswith("\noff by: the larger difference of success and efficiency; 0.001\n")
 
 
 @pytest.mark.parametrize(("env_id", "policy"), [(DETUMBLE, "random"), (AXIS, "energy_casimir")])

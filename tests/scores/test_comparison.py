@@ -171,6 +171,13 @@ def test_markers_are_whole_and_lines_differ_in_style_and_colour(found):
     assert means.get_yticklabels()[1].get_text().startswith("100 %_done\n1.000 [")
 
 
+def test_every_profile_is_within_its_interval(found):
+    profiles, _ = found.figure().axes
+    for band, line in zip(profiles.collections, profiles.get_lines(), strict=True):
+        low, high = np.split(band.get_paths()[0].vertices[:-1, 1], 2)  # round it, from a corner
+        assert ((low[1:] <= line.get_ydata()) & (line.get_ydata() <= high[:0:-1])).all()
+
+
 @pytest.mark.long
 @pytest.mark.push
 def test_the_page_prints_what_it_says(tmp_path, monkeypatch, capsys):

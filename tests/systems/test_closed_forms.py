@@ -248,6 +248,10 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name):
             for name in ("fall", "steady_precession", "spins", "stationary_centre_precession")
             for theta in (0.0, np.pi, -0.1)
         ),
+        *(
+            ("rolling_disk.spins", {key: size}, f"^{key} = .*; expected 1e-100 to 1e100 times m")
+            for key, size in itertools.product(("i_perp", "i3"), (1e-200, 1e200))
+        ),
     ],
 )
 def test_what_a_formula_does_not_hold_for_is_refused(name, changed, message):
