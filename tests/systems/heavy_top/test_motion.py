@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -186,6 +186,7 @@ def test_the_motion_obeys_eulers_equations(body, q0, omega0, t):
 
 
 @given(body=BODY, q0=START, omega0=OMEGA)
+@example(body=TOP, q0=from_euler(0.5, -3.0, -3.0), omega0=(1.0, 1.0, 1.0))  # by whole turns
 def test_the_angles_are_those_of_the_attitude(body, q0, omega0):
     t = np.array([0.0, -4.1, 1.3, 7.7])
     theta, phi, psi = heavy_top.euler_angles(t, omega0, q0, **body)
