@@ -120,6 +120,8 @@ def test_a_scheduled_regulator_is_exact_at_the_nodes_and_near_between_them():
         exact = at(0.5 * (spins[k] + spins[k + 1]), 1.0).gain
         np.testing.assert_allclose(between[k], exact, atol=0.2**2 / 8.0)
     np.testing.assert_array_equal(look_up(99.0, 0.0).gain, nodes.gain[-1, 0])
+    alone = linear.scheduled(at, spins[:1], prices[:1])  # the nearest of one node is that one
+    np.testing.assert_array_equal(alone(99.0, 0.0).gain, nodes.gain[0, 0])
 
 
 def test_what_cannot_be_held_or_weighed_is_refused():
