@@ -311,6 +311,10 @@ def test_a_search_ends_once_its_plans_have_settled(monkeypatch):
     monkeypatch.setattr(PlanSearch, "step", lambda search: rounds.append(0) or step(search))
     improve(model, some_actions(model, 10), 400)
     assert 8 <= len(rounds) < 400
+    rounds.clear()
+    monkeypatch.setattr(PlanSearch, "going", lambda search: np.arange(len(search.motion.costs)) > 0)
+    improve(model, some_actions(model, 10), 400)
+    assert len(rounds) == 2 * 8  # a row that has settled ends itself alone
 
 
 def test_a_plan_is_a_success_in_the_environment_at_the_cost_that_it_says():
