@@ -77,13 +77,13 @@ def test_the_paired_interval_holds_a_known_difference_as_often_as_it_says():
 
 
 def test_pairs_are_of_the_same_starts(found):
-    one, other = found.scores["PPO"], found.scores["100 %_done"]
-    pair = found.pairs["PPO", "100 %_done"]
-    assert pair.difference.mean == pytest.approx(np.mean(one - other))
-    assert pair.difference[1:] == pytest.approx(mean_interval(one - other), abs=1e-9)
-    assert (pair.better, pair.worse) == ((one > other).sum(), (one < other).sum())
-    assert pair.improvement.mean == pytest.approx(np.mean((np.sign(one - other) + 1) / 2))
-    assert pair.p == pytest.approx(stats.binomtest(pair.better, N).pvalue)
+    for (first, second), pair in found.pairs.items():
+        one, other = found.scores[first], found.scores[second]
+        assert pair.difference.mean == pytest.approx(np.mean(one - other))
+        assert pair.difference[1:] == pytest.approx(mean_interval(one - other), abs=1e-9)
+        assert (pair.better, pair.worse) == ((one > other).sum(), (one < other).sum())
+        assert pair.improvement.mean == pytest.approx(np.mean((np.sign(one - other) + 1) / 2))
+        assert pair.p == pytest.approx(stats.binomtest(pair.better, N).pvalue)
     assert list(found.pairs) == [("PPO", "100 %_done"), ("PPO", "none"), ("100 %_done", "none")]
 
 
