@@ -126,6 +126,14 @@ def test_an_array_of_anything_but_numbers_or_booleans_is_refused(array, tmp_path
         read_arrays(tmp_path / "a.npz")
 
 
+def test_two_arrays_of_one_name_are_refused(tmp_path):
+    write_arrays(tmp_path / "a.npz", {"a": np.zeros(1)})
+    with zipfile.ZipFile(tmp_path / "a.npz", "a") as archive:
+        archive.writestr("a", archive.read("a.npy"))
+    with pytest.raises(DamagedFileError, match="two arrays of one name"):
+        read_arrays(tmp_path / "a.npz")
+
+
 def test_more_than_can_be_read_again_is_not_written(tmp_path):
     for arrays in ({"a": np.empty(2**25 + 1)}, {str(k): np.zeros(0) for k in range(50_001)}):
         with pytest.raises(ValueError, match=r"expected at most 50000 of .*: write several files"):

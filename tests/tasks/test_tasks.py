@@ -233,6 +233,8 @@ def test_a_state_of_moments_that_differ_though_one_field_or_of_no_body_is_refuse
         wrong[0, k] *= size
         with pytest.raises(ValueError, match=message):
             core.set_state({**state, "parameters": wrong})
+    state["parameters"][:, core.task.parameter_positions()["I_perp"]] *= 1.01
+    core.set_state(state)  # another body than is drawn, which a reset would take
 
 
 def test_what_the_compiled_functions_would_miss_is_refused_by_name():
