@@ -126,6 +126,12 @@ def test_an_episode_may_have_one_step_alone(monkeypatch):
     assert known == {other.id: other}
 
 
+def test_modules_that_are_used_most_are_names_of_the_package():
+    homes = {"bodies": "mechanics", "rotations": "mechanics", "replays": "watch", "films": "watch"}
+    for name, home in homes.items():
+        assert getattr(rigid_envs, name) is sys.modules[f"rigid_envs.{home}.{name}"]
+
+
 def test_an_id_may_be_short():
     for short in ("BallPark", "BallPark-v0", "RigidEnvs/BallPark", PARK):
         assert checked_id(short) == full_id(short) == PARK

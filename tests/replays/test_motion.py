@@ -89,6 +89,7 @@ def test_a_figure_shows_the_quantities_of_the_motion(tops):
     tilts = [line.get_ydata() for line in lines["Tilt"]]
     assert [line.get_label() for line in lines["Tilt"]] == ["motion 1", "motion 2", "motion 3"]
     np.testing.assert_allclose(np.radians(tilts).T, tops["tilt"], atol=1e-14)
+    assert [line.get_label() for line in lines["Tilt"]] == ["motion 1", "motion 2", "motion 3"]
     np.testing.assert_array_equal(lines["Angular velocity"][1].get_ydata(), tops.y[:, 0, 5])
     assert max(np.abs(line.get_ydata()).max() for line in lines["Energy error"]) < 1e-11
     circle = RollingBall().simulate(
@@ -97,6 +98,14 @@ def test_a_figure_shows_the_quantities_of_the_motion(tops):
     (path,) = panels_of(circle.plot())["Path on the plane, from above"]
     radius = np.hypot(path.get_xdata(), path.get_ydata() - 1.0)
     np.testing.assert_allclose(radius, 1.0, rtol=1e-6)
+
+
+def test_energy_and_momentum_change_where_an_input_acts_on_one_motion_alone():
+    u = np.zeros((40, 2, 3))
+    u[:, 1] = 0.1
+    motion = FreeBody().simulate(FreeBody.state(spin=[1.0, 1.0]), T, u)
+    assert {"Energy change", "|L| change"} <= panels_of(motion.plot()).keys()
+    assert "Energy change" in text_of(motion)
 
 
 @pytest.mark.parametrize("system", SYSTEMS, ids=name_of)
