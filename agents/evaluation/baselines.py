@@ -226,7 +226,7 @@ def _table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 # Figures of the baselines: learning curves, aggregates, profiles, probabilities of improvement.
 
-_COLUMNS = 4
+_COLUMNS = 3
 _DPI = 110
 _RESAMPLES = 500  # of intervals, whose ends are seen to a hundredth or so
 

@@ -176,6 +176,7 @@ def trained(env_id: str, n: int = N_STARTS) -> list[Evaluation]:
 _BLOCK = 50  # starts that are planned together, and kept before the next ones
 _COUNTS: Mapping[str, Counts] = {"time": "time", "error": "error"}  # by the metric; else costs
 _LONGEST_GUESS = (3.0, 9.0)  # radii
+_SHAKE = (-3.5, -0.7)  # log of the standard deviation of a change of actions
 _SWING = 8.0  # of the heading of a guess [rad]
 
 
@@ -187,21 +188,23 @@ class Recipe(NamedTuple):
         n_steps: Actions of a plan of a task that ends at success; None for the time limit.
         n_guesses: Curves that a ball is first rolled along.
         n_cuts: Deadlines of a plan whose cost is time; 0 where it is not.
+        n_hops: How often the best plan is changed at random, and improved again.
     """
 
     n_rounds: int = 200
     n_steps: int | None = None
     n_guesses: int = 0
     n_cuts: int = 0
+    n_hops: int = 0
 
 
-_ROLLED = Recipe(64, n_steps=96, n_guesses=16)
+_ROLLED = Recipe(64, n_steps=96, n_guesses=16, n_hops=4)
 RECIPES = {
     "BallPark": _ROLLED,
     "BallReorient": _ROLLED,
     "BallParkRandom": _ROLLED,
     "BallParkGoal": _ROLLED,
-    "CoinPark": Recipe(64, n_steps=100),
+    "CoinPark": Recipe(64, n_steps=100, n_hops=8),
     "Reorient": Recipe(10, n_cuts=7),
     "BallPlate": Recipe(10, n_cuts=9),
     "BallSteer": Recipe(40),
@@ -263,10 +266,16 @@ def plan(env_id: str, firsts: Sequence[Singles], rows: Integers) -> Singles:
     model = Model(task_of(env_id), state, recipe.n_steps or limit, counts)
     slowed = recipe.n_steps is not None and counts == "cost"
     given = [spread(first[:, rows], model.n_steps, slowed) for first in firsts]
+    if counts == "cost":  # much happens by itself
+        given.append(np.zeros((model.n_steps, len(rows), model.n_actions)))
     made = [_improved(model, first, recipe) for first in given]
+    rng = np.random.default_rng([TEST_SEED, int(rows[0])])
     if recipe.n_guesses:
-        made.append(_best_of_guesses(model, state, recipe, int(rows[0])))
-    return functools.reduce(better_of, made).actions
+        made.append(_best_of_guesses(model, state, recipe, rng))
+    best = functools.reduce(better_of, made)
+    for _ in range(recipe.n_hops):
+        best = better_of(best, _improved(model, _shaken(rng, best.actions), recipe))
+    return best.actions
 
 
 def _improved(model: Model, first: Array, recipe: Recipe) -> Plans:
@@ -277,10 +286,19 @@ def _improved(model: Model, first: Array, recipe: Recipe) -> Plans:
     return improve(model, first, recipe.n_rounds)
 
 
-def _best_of_guesses(model: Model, state: dict[str, Array], recipe: Recipe, seed: int) -> Plans:
+def _shaken(rng: np.random.Generator, actions: Singles) -> Array:
+    """Plans with noise that is held for a sixteenth of them."""
+    T, n, m = actions.shape
+    size = np.exp(rng.uniform(*_SHAKE, (n, 1)))
+    noise = size * rng.normal(size=(16, n, m))
+    return np.asarray(actions + noise[np.arange(T) * 16 // T])
+
+
+def _best_of_guesses(
+    model: Model, state: dict[str, Array], recipe: Recipe, rng: np.random.Generator
+) -> Plans:
     """The best of coarse plans from random guesses, refined."""
-    rng, n = np.random.default_rng([TEST_SEED, seed]), model.n_rows
-    size = model.n_steps // 4
+    n, size = model.n_rows, model.n_steps // 4
     coarse = Model(model.task, state, size)
     best = Plans(np.zeros((size, n, 2), np.float32), np.full(n, np.inf))
     for _ in range(recipe.n_guesses):

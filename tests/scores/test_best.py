@@ -306,9 +306,9 @@ def test_the_command_plans_and_says_who_found_it(tmp_path, monkeypatch, capsys):
     env_id = "RigidEnvs/CoinPark-v0"
     monkeypatch.setattr(finding, "_BLOCK", 2)
     monkeypatch.setitem(
-        finding.RECIPES, "CoinPark", finding.RECIPES["CoinPark"]._replace(n_rounds=8)
+        finding.RECIPES, "CoinPark", finding.RECIPES["CoinPark"]._replace(n_rounds=4, n_hops=1)
     )
-    for n in (3, 4):  # what is known of three is kept
+    for n in (2, 3):  # what is known of two is kept
         words = ["best", env_id, "--plan", "--starts", str(n), "--out", str(tmp_path)]
         assert main(words) == 0
         assert best.PLANNER in capsys.readouterr().out
@@ -332,7 +332,7 @@ def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypat
 
 
 def test_a_ball_is_planned_from_guesses_alone_nearly_as_well_as_is_known(monkeypatch):
-    few = finding.RECIPES["BallPark"]._replace(n_rounds=8, n_guesses=2)
+    few = finding.RECIPES["BallPark"]._replace(n_rounds=8, n_guesses=2, n_hops=0)
     monkeypatch.setitem(finding.RECIPES, "BallPark", few)
     actions = finding.plan("RigidEnvs/BallPark-v0", [], np.arange(3))
     assert actions.shape == (few.n_steps, 3, 2)

@@ -26,7 +26,7 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores.best import least_time
 from rigid_envs.scores.evaluation import evaluate, make_rows
-from rigid_envs.scores.finding import RECIPES, of_plans, plan
+from rigid_envs.scores.finding import RECIPES, Recipe, of_plans, plan
 from tests.control.planning.test_model import model_of, some_actions
 
 PARK = "RigidEnvs/BallPark-v0"
@@ -317,8 +317,9 @@ def test_a_search_ends_once_its_plans_have_settled(monkeypatch):
     assert len(rounds) == 2 * 8  # a row that has settled ends itself alone
 
 
-def test_a_plan_is_a_success_in_the_environment_at_the_cost_that_it_says():
+def test_a_plan_is_a_success_in_the_environment_at_the_cost_that_it_says(monkeypatch):
     env_id, n = "RigidEnvs/SleepingTop-v0", 4
+    monkeypatch.setitem(RECIPES, "SleepingTop", Recipe(10))
     lqr = evaluate(env_id, "lqr", n=n)
     found = evaluate(env_id, of_plans(plan(env_id, [lqr.actions], np.arange(n))), n=n)
     assert found.successes.all()
@@ -327,7 +328,7 @@ def test_a_plan_is_a_success_in_the_environment_at_the_cost_that_it_says():
 
 def test_planning_again_gives_the_same_bits_and_improves_what_is_stored(monkeypatch):
     env_id, rows = "RigidEnvs/CoinPark-v0", np.array([0])
-    monkeypatch.setitem(RECIPES, "CoinPark", RECIPES["CoinPark"]._replace(n_rounds=8))
+    monkeypatch.setitem(RECIPES, "CoinPark", RECIPES["CoinPark"]._replace(n_rounds=8, n_hops=1))
     actions = [evaluate(env_id, "two_rolls", n=1).actions]
     first, again = (plan(env_id, actions, rows) for _ in range(2))
     np.testing.assert_array_equal(first, again)
