@@ -17,7 +17,21 @@ from rigid_envs.mechanics.symbolic import casadi
 from rigid_envs.systems.free_body.saddle import Shape, saddle_shape
 from rigid_envs.systems.free_body.system import FreeBody
 
-# Holding spin about the intermediate axis e2 by linear feedback.
+# A spin about the intermediate axis e2, the unstable one.
+
+
+class Saddle(Shape):
+    """Coordinates along the unstable and stable directions of the intermediate axis."""
+
+    def coordinates(self, omega: checks.Array) -> tuple[checks.Array, checks.Array]:
+        """(d, s) of angular velocities, shape (..., 3)."""
+        side = self.ratio * omega[..., 2]
+        return omega[..., 0] - side, omega[..., 0] + side
+
+
+def saddle(moments: npt.ArrayLike) -> Saddle:
+    """The saddle of a body with principal moments I1 < I2 < I3 [kg m^2]."""
+    return Saddle(*saddle_shape(*np.asarray(moments, dtype=np.float64).tolist()))
 
 
 @dataclass(frozen=True)
@@ -54,6 +68,14 @@ class SpinController(checks.CheckedFields):
     def error(self, y: npt.ArrayLike) -> checks.Array:
         """Error omega - Omega e2 of states y, shape (..., 7); body axes [rad/s]."""
         return self.omega(y) - [0.0, self.rate, 0.0]
+
+    @cached_property
+    def saddle(self) -> Saddle:
+        """The saddle of the body."""
+        return saddle(self.body.moments)
+
+
+# Holding the spin by linear feedback.
 
 
 @dataclass(frozen=True)
@@ -110,20 +132,6 @@ class SpinRegulator(SpinController):
 _NEAR = 0.3  # of Omega: how far along the stable direction from e2 a spin may be caught,
 _OFF = 0.08  # and how far from 1 the square of its rate over Omega may then be
 _STUCK = 0.2  # of Omega: how far along the unstable direction of -e2 a spin is pushed
-
-
-class Saddle(Shape):
-    """Coordinates along the unstable and stable directions of the intermediate axis."""
-
-    def coordinates(self, omega: checks.Array) -> tuple[checks.Array, checks.Array]:
-        """(d, s) of angular velocities, shape (..., 3)."""
-        side = self.ratio * omega[..., 2]
-        return omega[..., 0] - side, omega[..., 0] + side
-
-
-def saddle(moments: npt.ArrayLike) -> Saddle:
-    """The saddle of a body with principal moments I1 < I2 < I3 [kg m^2]."""
-    return Saddle(*saddle_shape(*np.asarray(moments, dtype=np.float64).tolist()))
 
 
 @dataclass(frozen=True)
@@ -198,11 +206,6 @@ class SeparatrixSteering(SpinController):
         """Whether states y, shape (..., 7), are neither caught nor pushed out of -e2."""
         w = self.omega(y) / self.rate
         return np.asarray(~(self._caught(w) | self._stuck(w)))
-
-    @cached_property
-    def saddle(self) -> Saddle:
-        """The saddle of the body."""
-        return saddle(self.body.moments)
 
     @cached_property
     def regulator(self) -> Regulator:
@@ -528,8 +531,8 @@ class TimedFlip(SpinController):
 
     def reference(self, y: npt.ArrayLike, time_left: npt.ArrayLike) -> checks.Array:
         """The free motion f to join [rad/s], shape (..., 3); arguments as of a call."""
-        r, growth, share = shape = saddle(self.body.moments)
-        d, _ = shape.coordinates(self.omega(y) / self.rate)
+        r, growth, share = self.saddle
+        d, _ = self.saddle.coordinates(self.omega(y) / self.rate)
         most = 1.0 / math.sqrt(share)
         last = 2.0 * self.margin / math.hypot(1.0, 1.0 / r)  # d there: omega1 = d / 2 = -r omega3
         left = checks.array(time_left, "time_left")
