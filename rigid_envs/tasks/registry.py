@@ -161,7 +161,11 @@ _ours(
     300,
     "effort success return time error",
     error=_SPIN,
-    controllers={"lqr": "spin_regulator", "energy_casimir": "energy_casimir"},
+    controllers={
+        "minimum_fuel": "minimum_fuel",
+        "lqr": "spin_regulator",
+        "energy_casimir": "energy_casimir",
+    },
     predictive="held_spin",
     conditions="SPINNING",
 )

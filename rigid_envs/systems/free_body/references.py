@@ -81,6 +81,20 @@ REORIENT_TIME = TheoreticalLimit(
 # Controllers for the tasks of a free body; of drawn moments they know the middle.
 
 
+def minimum_fuel(task: IntermediateAxis) -> Controller:
+    """Least torque impulse to 0.97 of the tolerance; s may decay for half of the time before."""
+    before = task.registered_steps() * task.dt - task.hold
+    law = controllers.MinimumFuelSpin(
+        system_of(task),
+        task.spin_rate,
+        task.torque,
+        task.dt,
+        tolerance=0.97 * task.tolerance,
+        settle=max(0.5 * before, task.dt),
+    )
+    return feedback(law)
+
+
 def spin_regulator(task: IntermediateAxis) -> Controller:
     """Linear-quadratic regulator of the spin."""
     return feedback(

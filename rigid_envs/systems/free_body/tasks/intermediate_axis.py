@@ -180,8 +180,12 @@ class IntermediateAxis(shared.PerturbedSpinTask):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        `lqr` is the linear-quadratic regulator of the exact linearisation, $tau = -K (omega - Omega
-        e2)$, with the default weights of `rigid_envs.systems.free_body.controllers.SpinRegulator`.
+        `minimum_fuel` brings the spin within 0.97 of the tolerance at the least torque impulse, by
+        Pontryagin's principle: it cancels $d$, corrects the rate in the same control periods, and
+        leaves the decaying mode $omega1 + r omega3$ alone. It stays at the edge of the tolerance:
+        its return is less than that of others. `lqr` is the linear-quadratic regulator of the exact
+        linearisation, $tau = -K (omega - Omega e2)$, with the default weights of
+        `rigid_envs.systems.free_body.controllers.SpinRegulator`.
         `energy_casimir` is energy-Casimir feedback, $tau = -(k1 omega1, k2 (omega2 - Omega), k3
         omega3 - eps omega1 omega2)$ with $eps = 3 (I2 - I1)$ and $k_j = 5/3 I_j Omega$.
 
