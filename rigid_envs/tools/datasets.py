@@ -328,14 +328,15 @@ def _begun(name: str, env_id: str, acting: Behaviour, buffers: list[Any]) -> Any
 
 
 def _scores(env_id: str, settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Mean returns of the random policy and of the reference, which Minari's score is between."""
+    """Mean returns of the random policy and of the controller with the largest one."""
     known = best_known(env_id)
     free = all(key in SEEN for key in changed(env_id, task_of(env_id, settings)))
     names = list(ENVIRONMENTS[env_id].controllers)
     if known is None or not free or not names:
         return {}
-    low, high = (known.policies[each]["return_mean"] for each in ("random", names[0]))
-    return {"ref_min_score": low, "ref_max_score": high, "num_episodes_average_score": N_STARTS}
+    low, *others = (known.policies[each]["return_mean"] for each in ("random", *names))
+    scores = {"ref_min_score": low, "ref_max_score": max(others)}  # Minari's score is between
+    return {**scores, "num_episodes_average_score": N_STARTS}
 
 
 def _default_name(env_id: str, acting: Behaviour) -> str:

@@ -35,8 +35,8 @@ FIVE = {"costs": np.arange(1.0, 6.0), "finders": ("zero", "one", "zero", "one", 
 UNSEARCHED = {
     f"RigidEnvs/{name}-v0"
     for name in (
-        "AxisFlip BallParkDynamic BallPlate BallSteer CoinPark DiskRoll DiskRollRandom "
-        "IntermediateAxisSingle RollPump SpinCapture TopPrecession TopRandom"
+        "BallParkDynamic BallPlate CoinPark IntermediateAxisSingle RollPump SpinCapture "
+        "TopPrecession TopRandom"
     ).split()
 }
 
@@ -332,7 +332,7 @@ def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypat
 
 
 def test_a_ball_is_planned_from_guesses_alone_nearly_as_well_as_is_known(monkeypatch):
-    few = finding.RECIPES["BallPark"]._replace(n_rounds=8, n_guesses=2, n_hops=0)
+    few = finding.RECIPES["BallPark"]._replace(n_rounds=24, n_guesses=2, n_hops=0)
     monkeypatch.setitem(finding.RECIPES, "BallPark", few)
     actions = finding.plan("RigidEnvs/BallPark-v0", [], np.arange(3))
     assert actions.shape == (few.n_steps, 3, 2)

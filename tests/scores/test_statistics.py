@@ -123,7 +123,15 @@ def test_efficiency_is_the_share_of_the_best_cost_in_the_own_one_of_a_success():
         np.testing.assert_allclose(found, expected, rtol=1e-15)
 
 
-@each_id
+# Their best known costs have come so near to the floor that it decides: the next version of the
+# evaluation sets needs a lower one.
+AT_THE_FLOOR = {"RigidEnvs/AxisFlip-v0", "RigidEnvs/IntermediateAxisSingle-v0"}
+
+
+@pytest.mark.parametrize("env_id", [
+    pytest.param(env_id, marks=[pytest.mark.xfail(strict=True)] * (env_id in AT_THE_FLOOR))
+    for env_id in ENVIRONMENTS
+])  # fmt: skip
 def test_every_id_has_a_cost_with_a_floor_far_below_what_is_known(env_id):
     cost, known = cost_of(env_id, task_of(env_id)), best_known(env_id)
     assert known is not None and known.cost == cost.name

@@ -340,12 +340,8 @@ class Model:
         d, first = n_y + m, int(self.first.min())
         copies = self._copies = self._copies or Core(self.task, rows * d)
         state = {key: part.repeat(d, axis=0) for key, part in self._state.items()}
-        linear = Linear(
-            np.empty((self.n_steps, rows, n, n)),
-            np.empty((self.n_steps, rows, n, m)),
-            np.zeros((self.n_steps, rows, q, n)),
-            np.zeros((self.n_steps, rows, q, m)),
-        )
+        sizes = ((n, n), (n, m), (q, n), (q, m))
+        linear = Linear(*(np.zeros((self.n_steps, rows, *size)) for size in sizes))
         component, entry = np.arange(n_y), np.arange(m)
         for t in range(self.n_steps):
             y = motion.y[t].repeat(d, axis=0).reshape(rows, d, -1)

@@ -290,13 +290,13 @@ def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) ->
     if options.out is None and (missing := best.missing_plans(env_id)):
         raise ValueError(missing)
     plans = options.out or best.PLANS_FOLDER
-    untrained = finding.played(env_id, n)
-    others = [*untrained.values(), *finding.trained(env_id, n)]
-    others += [
+    found = finding.stored(env_id, n, folder, plans)
+    others = [  # first, as each may be refused
         _again(Path(each), env_id) if each.endswith(".npz") else evaluate(env_id, each, n=n)
         for each in options.policies
     ]
-    found = finding.stored(env_id, n, folder, plans)
+    untrained = finding.played(env_id, n)
+    others = [*untrained.values(), *finding.trained(env_id, n), *others]
     for each in others:
         found = found.and_of(each)
     able = options.plan and finding.recipe_of(env_id) is not None
