@@ -101,12 +101,13 @@ def _evaluation(
     returns = episodes.returns  # in which the rewards of wrappers count
     actions = None
     if unranked is None:
-        again = play_again(env_id, witness.given(n), seed, settings)
+        given, applied = witness.actions(n)
+        again = play_again(env_id, given, seed, settings)
         unranked = difference(episodes, again)
         if unranked is None:
             episodes, longest = again, again.lengths.max()
             going = np.arange(longest)[:, None] < again.lengths
-            actions = np.where(going[..., None], witness.applied(n)[:longest], np.float32(0.0))
+            actions = np.where(going[..., None], applied[:longest], np.float32(0.0))
     found = Evaluation(
         env_id=env_id,
         policy=policy.name,

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from rigid_envs.base.checks import Array, ConfigError, Integers, Singles
+from rigid_envs.base.checks import Array, Bools, ConfigError, Integers, Singles
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.control.planning.descent import Plans, improve, shorten
 from rigid_envs.control.planning.model import Counts, Model
@@ -48,27 +48,30 @@ class Found(NamedTuple):
     best: Best
     actions: Singles
 
-    def and_of(self, found: Evaluation, finders: Sequence[str] | None = None) -> Found:
+    def and_of(self, found: Evaluation) -> Found:
         """What is best of these and of somebody's episodes from the first k starts.
-
-        What counts is what comes of the actions without feedback, in the frame of the task.
 
         Args:
             found: The episodes.
-            finders: Who found each; None for the policy that acted.
 
         Raises:
             ConfigError: They are not proven to be those of the registered task.
         """
         if found.actions is None:
             raise ConfigError(f"{found.policy}: {found.unranked}")
-        (before, n, m), theirs = self.actions.shape, found.actions
-        again = evaluate(found.env_id, of_plans(theirs), n=found.n)
-        better = self.best.beaten(again)
-        actions = np.zeros((max(before, len(theirs)), n, m), np.float32)
-        actions[:before, ~better] = self.actions[:, ~better]
-        actions[: len(theirs), better] = theirs[:, better[: found.n]]
-        return Found(self.best.improved(again, finders or (found.policy,) * found.n), actions)
+        return self.and_plans(found.actions, (found.policy,) * found.n)
+
+    def and_plans(self, actions: Singles, finders: Sequence[str]) -> Found:
+        """What is best of these and of plans from the first k starts, played without feedback.
+
+        Args:
+            actions: In the frame of the task, shape (T, k, m).
+            finders: Who found each.
+        """
+        found = evaluate(self.best.env_id, of_plans(actions), n=actions.shape[1])
+        better = self.best.beaten(found)
+        kept = replaced(self.actions, better, actions[:, better[: found.n]])
+        return Found(self.best.improved(found, finders), kept)
 
     def told(self, untrained: Mapping[str, Evaluation]) -> Found:
         """The same with the figures of the untrained policies beside these costs, of now.
@@ -80,6 +83,22 @@ class Found(NamedTuple):
             name: each.against(self.best.costs).summary() for name, each in untrained.items()
         }
         return Found(replace(self.best, policies=policies, provenance=provenance()), self.actions)
+
+
+def replaced(actions: Singles, rows: Bools | Integers, plans: Singles) -> Singles:
+    """Plans with others from some starts; all are as long as the longest, and rest after their end.
+
+    Args:
+        actions: Shape (T, n, m).
+        rows: Which starts.
+        plans: From these, shape (T', k, m).
+    """
+    (before, n, m) = actions.shape
+    both = np.zeros((max(before, len(plans)), n, m), np.float32)
+    both[:before] = actions
+    both[:, rows] = 0.0
+    both[: len(plans), rows] = plans
+    return both
 
 
 def nothing(env_id: str, n: int) -> Found:
@@ -108,16 +127,21 @@ def stored(
     Raises:
         DamagedFileError: A file is damaged, or its plans are not of the id.
     """
-    file, played = best_costs.file_of(env_id, folder), best_costs.file_of_plans(env_id, plans)
-    found = nothing(env_id, n)
-    if not (file.exists() and played.exists()):
+    file, found = best_costs.file_of(env_id, folder), nothing(env_id, n)
+    if not (file.exists() and best_costs.file_of_plans(env_id, plans).exists()):
         return found
-    known, again = best_costs.read_best(file), replayed(env_id, n, plans)
-    return found.and_of(again, (*known.finders, *("",) * n)[: again.n])
+    known, actions = best_costs.read_best(file), stored_plans(env_id, n, plans)
+    return found.and_plans(actions, known.finders[:n])
 
 
 def replayed(env_id: str, n: int = N_STARTS, folder: Path = PLANS_FOLDER) -> Evaluation:
-    """Evaluation of the stored plans of an id.
+    """Evaluation of the stored plans of an id; arguments and errors as of `stored_plans`."""
+    actions = stored_plans(env_id, n, folder)
+    return evaluate(env_id, of_plans(actions), n=actions.shape[1])
+
+
+def stored_plans(env_id: str, n: int, folder: Path) -> Singles:
+    """The stored plans of an id, shape (T, k, m).
 
     Args:
         env_id: Gymnasium's id.
@@ -136,7 +160,7 @@ def replayed(env_id: str, n: int = N_STARTS, folder: Path = PLANS_FOLDER) -> Eva
             f"{len(task.actions())} from {low} to {high}, for {env_id}: write it anew: rigid-envs "
             "best"
         )
-    return evaluate(env_id, of_plans(actions), n=actions.shape[1])
+    return actions
 
 
 def of_plans(actions: Singles) -> PolicyFactory:
@@ -236,13 +260,7 @@ def search(found: Found, firsts: Sequence[Singles]) -> Iterator[Found]:
     for k in range(0, n, _BLOCK):
         rows = np.arange(k, min(k + _BLOCK, n))
         made = plan(env_id, (found.actions, *firsts), rows)
-        actions = np.zeros(
-            (max(len(found.actions), len(made)), *found.actions.shape[1:]), np.float32
-        )
-        actions[: len(found.actions)] = found.actions
-        actions[:, rows] = 0.0
-        actions[: len(made), rows] = made
-        found = found.and_of(evaluate(env_id, of_plans(actions), n=n))
+        found = found.and_plans(replaced(found.actions, rows, made), (PLANNER,) * n)
         yield found
 
 

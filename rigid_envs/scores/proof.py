@@ -226,32 +226,23 @@ class Witness:
             published.clear()
         return values
 
-    def given(self, n: int) -> Singles:
-        """The actions that reached the rows of the first n starts, shape (T, n, m).
+    def actions(self, n: int) -> Singles:
+        """The actions that reached the rows of the first n starts, and as they were applied.
 
         What is done in a row after its episode is among them.
 
         Args:
             n: Number of starts.
+
+        Returns:
+            As given and as of `Core.applied`, shape (2, T, n, m).
         """
-        return self._actions_of(n, 0)
-
-    def applied(self, n: int) -> Singles:
-        """The same as they were applied, see `Core.applied`.
-
-        Args:
-            n: Number of starts.
-        """
-        return self._actions_of(n, 1)
-
-    def _actions_of(self, n: int, which: int) -> Singles:
         first, n_action = self.cores[0].actions.shape
         longest = max(map(len, self._actions))
-        actions = np.zeros((longest, len(self._actions) * first, n_action), np.float32)
+        actions = np.zeros((2, longest, len(self._actions) * first, n_action), np.float32)
         for k, made in enumerate(self._actions):
-            for step, each in enumerate(made):
-                actions[step, k * first : (k + 1) * first] = each[which]
-        return actions[:, :n]
+            actions[:, : len(made), k * first : (k + 1) * first] = np.stack(made, axis=1)
+        return actions[:, :, :n]
 
 
 def play_again(

@@ -239,13 +239,16 @@ _PATH = (*_REFERENCE, *_HEADING, "force_X", "force_Y")
 # What success asks of a motion, for planning.
 
 
+def _offset(y: Array, goal: Array) -> tuple[Array, Array]:
+    """Offset and rotation vector from a goal."""
+    turn = rotations.multiply(y[:, :4], rotations.conjugate(goal[:, :4]))
+    return y[:, 4:6] - goal[:, 4:], rotations.log(turn)
+
+
 def _pose(y: Array, goal: Array | None, task: Any) -> list[Array]:
-    """Offset and rotation vector from a goal, or from the origin, upright."""
-    q, place = y[:, :4], y[:, 4:6]
-    if goal is not None:
-        q = rotations.multiply(q, rotations.conjugate(goal[:, :4]))
-        place = place - goal[:, 4:]
-    return [place / task.position_tolerance, rotations.log(q) / task.angle_tolerance]
+    """Offset and rotation vector from a goal, or from the origin, upright, over the tolerances."""
+    place, turn = (y[:, 4:6], rotations.log(y[:, :4])) if goal is None else _offset(y, goal)
+    return [place / task.position_tolerance, turn / task.angle_tolerance]
 
 
 def _parked(core: Core) -> list[Array]:
@@ -256,10 +259,9 @@ def _parked(core: Core) -> list[Array]:
 def _beside(core: Core) -> list[Array]:
     """Pose error over the largest mean of it: so small in every step, it is so in the mean."""
     task: Any = core.task
-    y, reference = core.y, core.auxiliary(*_REFERENCE)
-    place = (y[:, 4:6] - reference[:, 4:]) / core.parameters["radius"][:, None]
-    turn = rotations.multiply(y[:, :4], rotations.conjugate(reference[:, :4]))
-    return [np.concatenate([place, rotations.log(turn)], axis=-1) / task.bound]
+    place, turn = _offset(core.y, core.auxiliary(*_REFERENCE))
+    radius = core.parameters["radius"][:, None]
+    return [np.concatenate([place / radius, turn], axis=-1) / task.bound]
 
 
 _POSE = ("w", "x", "y", "z", "X", "Y")
