@@ -24,7 +24,7 @@ from rigid_envs.scores.starts import Tally, metrics_of, rollout
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.watch.drawing import Look, drawing_of
-from rigid_envs.watch.pictures import pillow, tiled, write
+from rigid_envs.watch.pictures import lines_height, pillow, tiled, wrapped, write
 from rigid_envs.watch.replays.replay import PastEpisode, moment_at, play_again
 from rigid_envs.watch.views import cost_figure
 
@@ -273,19 +273,22 @@ def figure(env_id: str, task: Task, value: float) -> str:
 # Pictures of several episodes side by side, each under its label.
 
 _RULE = (208, 213, 221)
+LETTERS = 13
+"""Least height of a letter above a picture, in pixels."""
 
 
 def labelled(pictures: Sequence[Image], labels: Sequence[str]) -> Image:
-    """Pictures of one size side by side, each under a line of text where there is any.
+    """Pictures of one size side by side, each under its text where there is any.
 
     Args:
         pictures: at least one.
-        labels: one each; if all are empty there is no line.
+        labels: one each; if all are empty there is no text.
     """
     width = pictures[0].shape[1]
     if any(labels):
+        high = labels_height(labels, width)
         pictures = [
-            np.concatenate([_strip(label, width), picture])
+            np.concatenate([_strip(label, width, high), picture])
             for label, picture in zip(labels, pictures, strict=True)
         ]
     page = tiled(pictures)
@@ -293,17 +296,22 @@ def labelled(pictures: Sequence[Image], labels: Sequence[str]) -> Image:
     return page
 
 
-def strip_height(width: int) -> int:
-    """Height of the line of text above a picture of this width, in pixels."""
-    return 2 * max(11, width // 26)
+def labels_height(labels: Iterable[str], width: int) -> int:
+    """Height of the text above pictures of this width, in pixels."""
+    size = _letter_size(width)
+    return lines_height(max(len(wrapped(label, width, size)) for label in labels), size)
+
+
+def _letter_size(width: int) -> int:
+    return max(LETTERS, width // 26)
 
 
 @functools.lru_cache(64)
-def _strip(label: str, width: int) -> Image:
-    """Line of text as wide as a picture; a long one has smaller letters, and then is cut."""
-    high = strip_height(width)
+def _strip(label: str, width: int, high: int) -> Image:
+    """Text as wide as a picture, in lines; a long word has smaller letters, and then is cut."""
+    size = _letter_size(width)
     strip = np.full((high, width, 3), 255, dtype=np.uint8)
-    write(strip, [label], high // 2)
+    write(strip, wrapped(label, width, size), size)
     strip[-1] = _RULE
     return strip
 

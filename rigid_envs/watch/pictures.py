@@ -2,6 +2,7 @@
 
 import functools
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
@@ -45,6 +46,37 @@ def write(picture: Image, text: Sequence[str], size: int | None = None) -> None:
         mask = _mask(line, size)[: part.shape[0], : part.shape[1]]
         part = part[:, : mask.shape[1]]
         part[...] = part + mask * (_INK - part) + 0.5
+
+
+@functools.lru_cache(maxsize=64)
+def wrapped(text: str, width: int, size: int) -> tuple[str, ...]:
+    """The fewest lines of whole words that `write` can write in this size, about equally long.
+
+    Args:
+        text: words; a number stays with the word before it.
+        width: of the picture, in pixels; a word that is too long for it is a line of its own.
+        size: height of a letter in pixels.
+    """
+    fewest = len(_filled(text, width, size))
+    narrower = (_filled(text, w, size) for w in range(width + 1))
+    return next(tuple(lines) for lines in narrower if len(lines) == fewest)
+
+
+def _filled(text: str, width: int, size: int) -> list[str]:
+    """Lines, each with as many words as it can take."""
+    first, *others = re.split(r" (?!\d)", text)
+    lines = [first]
+    for word in others:
+        if _length(f"{lines[-1]} {word}", size) + size <= width:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return lines
+
+
+def lines_height(n: int, size: int) -> int:
+    """Height of a picture that has room for lines as `write` writes them, in pixels."""
+    return 2 * size + (n - 1) * (size + size // 3)
 
 
 @functools.cache

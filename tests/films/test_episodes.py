@@ -14,7 +14,7 @@ from rigid_envs.scores.policies import untrained_policy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.watch import films
 from rigid_envs.watch.drawing import Drawing, Look
-from rigid_envs.watch.pictures import show
+from rigid_envs.watch.pictures import show, wrapped
 from rigid_envs.watch.replays.replay import moment_at
 from tests.refusals import refuses
 
@@ -84,7 +84,7 @@ def test_pictures_of_two_episodes_are_side_by_side_under_their_labels():
     assert np.array_equal(both[:, : width - 1], alone[:, : width - 1])
 
 
-def test_no_labels_take_no_room_and_long_ones_are_cut():
+def test_no_labels_take_no_room_and_long_words_are_cut():
     picture = np.zeros((96, 96, 3), np.uint8)
     assert films.labelled([picture], [""]).shape == (96, 96, 3)
     assert films.labelled([picture] * 2, ["", "x"]).shape[0] > 96
@@ -96,6 +96,21 @@ def test_no_labels_take_no_room_and_long_ones_are_cut():
     assert np.all(none[-1] == none[-1, 0]) and np.all(none[-1] != none[0])
     narrow = films.labelled([np.zeros((8, 8, 3), np.uint8)], ["x" * 9])
     assert narrow.shape[1] == 8
+
+
+def test_a_long_label_goes_on_in_further_lines_with_letters_as_tall():
+    picture, label = np.zeros((96, 198, 3), np.uint8), "minimum_fuel: effort 0.542 N m s"
+    lines = wrapped(label, 198, films.LETTERS)
+    assert lines == ("minimum_fuel:", "effort 0.542 N m s")
+    moments = "I1 0.97, I2 0.97, I3 0.55"
+    assert wrapped(moments, 132, films.LETTERS) == ("I1 0.97,", "I2 0.97, I3 0.55")
+    page = films.labelled([picture] * 2, ["uncontrolled", label])
+    assert len(page) - 96 == films.labels_height([label], 198)
+    short = films.labelled([picture] * 2, ["uncontrolled", ""])
+    high = len(short) - 97
+    assert np.array_equal(page[:high, :198], short[:high, :198])  # the neighbour's text as before
+    first = films.labelled([picture], [lines[0]])
+    assert np.array_equal(page[:high, 199:], first[:high, 1:])
 
 
 def test_a_line_stands_between_neighbours_and_nowhere_else():

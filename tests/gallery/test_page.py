@@ -11,6 +11,7 @@ import pytest
 
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.base.files import DamagedFileError
+from rigid_envs.envs.lookup import task_of
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools import gallery
 from rigid_envs.tools.bench.figures import FrameTimes
@@ -25,8 +26,11 @@ from rigid_envs.tools.pages.films import (
     stale_films,
     with_table,
 )
+from rigid_envs.tools.pages.tables import summary_of
 from rigid_envs.tools.pages.writing import film_of
 from rigid_envs.watch.figures import Match
+from rigid_envs.watch.films import LETTERS
+from rigid_envs.watch.pictures import font, wrapped
 from tests.programs import printed
 
 ROOT = Path(__file__).parents[2]
@@ -175,6 +179,18 @@ def test_films_have_one_size_and_last_as_long_as_one_likes_to_look():
         with pictures.open(FILMS / film_of(env_id)) as film:
             assert film.size == (WIDTH, HEIGHT)
             assert 4.0 <= duration(film) <= 8.5
+
+
+def test_text_of_films_can_be_read_on_a_phone():
+    assert LETTERS * 360 / WIDTH > 11.0  # pixels of a letter in a film that is 360 wide
+    films = json.loads((FILMS / "films.json").read_text())["films"]
+    for env_id in IDS:
+        shows = films[env_id]["shows"]
+        what = summary_of(type(task_of(env_id)))
+        for text, width in ((what, WIDTH), *((text, WIDTH // len(shows)) for text in shows)):
+            lines = wrapped(text, width, LETTERS)
+            assert len(lines) <= 2
+            assert max(map(font(LETTERS).getlength, lines)) <= width - LETTERS  # not made smaller
 
 
 def duration(film):

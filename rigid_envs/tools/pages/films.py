@@ -22,13 +22,14 @@ from rigid_envs.tools.pages.tables import summary_of, table
 from rigid_envs.tools.pages.writing import between, film_of, marks
 from rigid_envs.watch.drawing import Look
 from rigid_envs.watch.films import (
+    LETTERS,
     Played,
     episode_pictures,
+    labels_height,
     play_episode,
-    strip_height,
     write_film,
 )
-from rigid_envs.watch.pictures import pillow, tiled, write
+from rigid_envs.watch.pictures import lines_height, pillow, tiled, wrapped, write
 from rigid_envs.watch.replays.replay import PastEpisode, Replay
 
 # Short film of every environment for its page: `rigid-envs films`.
@@ -40,8 +41,8 @@ DATA = "films.json"
 SHEET = "contact_sheet.webp"
 """One picture of all films, each at half its time."""
 MAX_BYTES = 250_000
-WIDTH, HEIGHT = 396, 300  # pixels of every film
-_TITLE = 48  # pixels of the two lines above the pictures
+WIDTH, HEIGHT = 396, 332  # pixels of every film; on a phone it is 360 wide
+_TITLE = 24  # pixels of the line above what the task is
 _FPS = 10.0
 _LONGEST = 7.0  # [s] of film before its end, which stays for a second
 _LIMIT = 2**20  # bytes of the data
@@ -188,18 +189,20 @@ def _pictures(shot: Shot, played: Sequence[Played]) -> list[Image]:
     task = played[0].task
     duration = min(shot.until, task.dt * max(len(each.episode) for each in played))
     speed = next((speed for speed in _SPEEDS if duration <= speed * _LONGEST), _SPEEDS[-1])
-    width = WIDTH // len(played)
-    look = Look(width, HEIGHT - _TITLE - strip_height(width), shot.camera or {}, text=False)
+    what = wrapped(summary_of(type(task)).removesuffix(".").replace("`", ""), WIDTH, LETTERS)
+    head = _TITLE + lines_height(len(what), LETTERS)
     episodes = [(task, episode) for episode in _labelled(played)]
+    width = WIDTH // len(played)
+    height = HEIGHT - head - labels_height([episode.label for _, episode in episodes], width)
+    look = Look(width, height, shot.camera or {}, text=False)
     shown = episode_pictures(episodes, look, fps=_FPS, speed=speed, hold=0.0)
     times = "" if speed == 1.0 else f"{speed:g} x "
     pace = f"{'slow motion, ' if speed < 1.0 else ''}{times}real time"
-    what = summary_of(type(task)).removesuffix(".").replace("`", "")
     found = []
     for k, picture in enumerate(islice(shown, math.ceil(duration / speed * _FPS) + 1)):
-        page = np.pad(picture, ((_TITLE, 0), (0, 0), (0, 0)), constant_values=255)
+        page = np.pad(picture, ((head, 0), (0, 0), (0, 0)), constant_values=255)
         write(page, [f"{type(task).__name__}: {k * speed / _FPS:.1f} s ({pace})"], 15)
-        write(page[_TITLE // 2 :], [what], 12)
+        write(page[_TITLE:], what, LETTERS)
         found.append(page)
     return [*found, *found[-1:] * round(_FPS)]
 
