@@ -13,7 +13,7 @@ import pytest
 
 from rigid_envs.watch.replays.page import MOST_BYTES, conservation_errors, html, write_html
 from rigid_envs.watch.replays.replay import load_replay
-from tests.replays.examples import free_body, rolling_ball
+from tests.replays.examples import free_body, idle, rolling_ball
 
 pytestmark = pytest.mark.long
 
@@ -146,6 +146,27 @@ def test_nothing_is_cut_off(browser, balls, size):
         box = page.locator(selector).bounding_box()
         assert box["x"] >= 0 and box["x"] + box["width"] <= width
         assert box["y"] >= 0 and box["y"] + box["height"] <= height
+    page.close()
+
+
+OVERLAPS = """() => {
+  const boxes = (selector) => [...document.querySelectorAll(selector)].map((node) =>
+    [node.textContent, node.getBoundingClientRect()]).filter(([, box]) => box.width);
+  return boxes(".arrow-label").flatMap(([label, a]) => boxes(".head > *, .name, .reset, h1")
+    .filter(([, b]) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom)
+    .map(([title]) => `${label} over ${title}`));
+}"""
+
+
+@pytest.mark.parametrize("size", [(390, 844), (704, 480), (390, 658), (1400, 900)])
+def test_no_label_of_an_arrow_lies_over_a_title(browser, tmp_path, size):
+    top = idle("RigidEnvs/SleepingTop-v0", label="a top that falls while nothing acts on it")
+    page = Watched(browser, *size).open(write_html(tmp_path / "top.html", [(top, 0)]))
+    assert page.locator(".inset .name").is_visible()
+    for moment in np.linspace(0.0, top.episodes[0].times[-1], 6):
+        seek(page, moment)
+        assert set(page.locator(".arrow-label:visible").all_inner_texts()) >= {"L", "e₃"}
+        assert page.evaluate(OVERLAPS) == []
     page.close()
 
 

@@ -38,8 +38,8 @@ export class Panels {
     reset.textContent = "\u2302";
     reset.title = "First point of view (R)";
     reset.addEventListener("click", () => this.resetCameras());
-    this.main.push(new Stage(view, episode.stage, shapes, array, several ? 1024 : 2048));
     const tray = element("div", "insets", panel);
+    this.main.push(new Stage(view, episode.stage, shapes, array, several ? 1024 : 2048, tray));
     this.insets.push(episode.insets.map((inset) => {
       const box = element("div", "inset", tray);
       element("span", "name", box).textContent = inset.title;

@@ -10,9 +10,10 @@ const radians = (degrees) => (degrees * Math.PI) / 180;
 
 export class Stage {
   // element: where it is seen; shapes: geometries by number; array: reader of references;
-  // detail: pixels of the shadow map
-  constructor(element, data, shapes, array, detail) {
+  // detail: pixels of the shadow map; cover: an element over a part of it, if there is one
+  constructor(element, data, shapes, array, detail, cover) {
     this.element = element;
+    this.cover = cover;
     this.times = array(data.times);
     this.look = data.camera;
     this.scene = new Scene();
@@ -124,10 +125,13 @@ export class Stage {
     renderer.setViewport(...place);
     renderer.setScissor(...place);
     renderer.render(this.scene, this.camera);
-    for (const arrow of this.arrows) this.placeLabel(arrow, width, height);
+    const cover = this.cover?.getBoundingClientRect();
+    const edges = cover?.height ? [cover.left - box.left, cover.top - box.top] : [width, height];
+    for (const arrow of this.arrows) this.placeLabel(arrow, width, height, edges);
   }
 
-  placeLabel({ shape, label, tip }, width, height) {
+  // A label stays inside, and is hidden where a cover in the lower right corner begins.
+  placeLabel({ shape, label, tip }, width, height, [right, bottom]) {
     label.hidden = !shape.object.visible;
     if (label.hidden) return;
     const seen = tip.clone().project(this.camera);
@@ -136,7 +140,8 @@ export class Stage {
     label.hidden = size < SHORTEST;
     const room = 6 + 8 * label.textContent.length; // pixels, of the letters to the right
     const x = Math.min(Math.max((0.5 + 0.5 * seen.x) * width, 12), width - 6 - room);
-    const y = Math.min(Math.max((0.5 - 0.5 * seen.y) * height, 12), height - 12);
+    const y = Math.min(Math.max((0.5 - 0.5 * seen.y) * height, 18), height - 12);
+    label.hidden ||= x + 5 + room > right && y > bottom;
     label.style.transform = `translate(${x + 5}px, ${y - 18}px)`;
   }
 }
