@@ -20,7 +20,7 @@ from rigid_envs.base.checks import ConfigError
 from rigid_envs.envs.lookup import full_id
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, row_seeds
 from rigid_envs.tasks.registry import ENVIRONMENTS
-from rigid_envs.tools.cli.words import option, verb
+from rigid_envs.tools.cli.words import imports_of, option, verb
 
 from ..config import reading
 from ..config.entries import ALGORITHMS, Config, config_to_dict
@@ -64,7 +64,7 @@ def train(options: argparse.Namespace) -> int:
     run = open_run(options.resume) if options.resume else create_run(config, options.overwrite)
     from ..training.trainer import train_in
 
-    imports = "".join(f" --allow-import {module}" for module in options.allow_import)
+    imports = imports_of(options)
     again = f"python -m agents train --resume {run.folder}{imports}"
     with closing(run):
         outcome = train_in(run, options.quiet, options.logger)
@@ -198,7 +198,8 @@ def evaluate(options: argparse.Namespace) -> None:
     if options.save_replays:
         n = min(options.save_replays, options.episodes)
         replays = _save_replays(file, (folder or Path()) / "replays.npz", n, options.seed)
-        print(f"written to {replays}: {n} episodes; see rigid-envs replay {replays}", file=said)
+        see = f"rigid-envs replay {replays}{imports_of(options)}"
+        print(f"written to {replays}: {n} episodes; see {see}", file=said)
 
 
 def refuse_count(option: str, n: int, most: int = 1_000_000) -> None:

@@ -155,8 +155,9 @@ def test_what_is_played_is_saved(tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr(GameWindow, "turn", hurried)
     file = tmp_path / "mine.npz"
-    assert main(["play", COIN, "--seed", "2", "--size", "240", "--save", str(file)]) == 0
-    assert f"rigid-envs replay {file}" in capsys.readouterr().out
+    words = ["play", COIN, "--seed", "2", "--size", "240", "--save", str(file)]
+    assert main([*words, "--allow-import", "rigid_envs.sb3"]) == 0
+    assert f"rigid-envs replay {file} --allow-import rigid_envs.sb3\n" in capsys.readouterr().out
     assert main(["replay", str(file)]) == 0
     assert "same bits" in capsys.readouterr().out
     assert main(["play", COIN, "--size", "240"]) == 0

@@ -11,7 +11,15 @@ from rigid_envs.engine.provenance import provenance
 from rigid_envs.envs.lookup import checked_id
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.bench import figures
-from rigid_envs.tools.cli.words import IDS, config_of, option, refuse_missing_folder, tell, verb
+from rigid_envs.tools.cli.words import (
+    IDS,
+    config_of,
+    imports_of,
+    option,
+    refuse_missing_folder,
+    tell,
+    verb,
+)
 from rigid_envs.tools.pages.films import as_text, stale_films, with_table, write_films
 from rigid_envs.tools.pages.tables import table
 from rigid_envs.watch import films
@@ -165,7 +173,7 @@ def play_(options: argparse.Namespace) -> None:
     refuse_missing_folder("--save", options.save)
     saved = play(options.id, options.seed, config, options.size, options.save)
     if saved:
-        print(f"written to {saved}; to see it: rigid-envs replay {saved}")
+        print(f"written to {saved}; to see it: rigid-envs replay {saved}{imports_of(options)}")
 
 
 # `rigid-envs replay`: what is in replays, and a page or a film to watch them.

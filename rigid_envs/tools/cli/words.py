@@ -200,6 +200,12 @@ _IMPORTS = option(
 )
 """Of every verb: nothing is imported because a file says so."""
 
+
+def imports_of(options: argparse.Namespace) -> str:
+    """The options of a command that has to import what this one did, with a space before each."""
+    return "".join(f" --allow-import {module}" for module in options.allow_import)
+
+
 IDS = option("--ids", nargs="+", metavar="ID", help="these environments only")
 """Of a verb that is for all environments."""
 

@@ -78,13 +78,20 @@ def test_evaluate_saves_replays_and_rows_of_the_leaderboard(finished, tmp_path, 
     options = ("--episodes", "3", "--save-replays", "2", "--out", str(tmp_path))
     assert main(["evaluate", str(file_of("Detumble")), *options]) == 0
     file = tmp_path / "replays.npz"
-    assert f"written to {file}: 2 episodes" in capsys.readouterr().out
+    assert capsys.readouterr().out.endswith(f"2 episodes; see rigid-envs replay {file}\n")
     assert len(load_replay(file).episodes) == 2
     assert main(["leaderboard", str(tmp_path)]) == 0
     assert "expected all 500 starts" in (tmp_path / "leaderboard.md").read_text()
     folder, _ = finished
     assert main(["evaluate", str(folder), *ENV[2:], *options]) == 2
     assert "--save-replays: env_id = 'Drift-v0'" in capsys.readouterr().err
+
+
+def test_evaluate_says_which_modules_the_command_for_its_replays_needs(tmp_path, capsys):
+    words = ["evaluate", str(file_of("Detumble")), *ENV[2:], "--episodes", "1", "--save-replays"]
+    assert main([*words, "--out", str(tmp_path)]) == 0
+    command = f"rigid-envs replay {tmp_path / 'replays.npz'} --allow-import tests.agents.drift"
+    assert capsys.readouterr().out.endswith(f"1 episodes; see {command}\n")
 
 
 def test_enjoy_prints_steps_if_asked(finished, capsys):
