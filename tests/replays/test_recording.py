@@ -63,13 +63,22 @@ def test_close_saves_finished_and_unfinished_episodes(tmp_path):
 
 
 def test_only_the_last_episodes_are_kept():
-    env = RecordReplay(gym.make(PARK, max_episode_steps=1), last=2)
+    env = RecordReplay(gym.make(PARK, max_episode_steps=2), last=2)
     firsts = []
-    for seed in range(4):
+
+    def begin(seed):
         env.reset(seed=seed)
-        firsts.append(env.unwrapped.y)
+        firsts.append(env.unwrapped.y.tolist())
         env.step(np.zeros(2, dtype=np.float32))
-    assert [e.y[0].tolist() for e in env.replay().episodes] == [y.tolist() for y in firsts[2:]]
+
+    for seed in range(4):
+        begin(seed)
+        env.step(np.zeros(2, dtype=np.float32))
+    assert [e.y[0].tolist() for e in env.replay().episodes] == firsts[2:]
+    begin(4)
+    assert [e.y[0].tolist() for e in env.replay().episodes] == firsts[2:]  # and what goes on
+    begin(5)
+    assert [e.y[0].tolist() for e in env.replay().episodes] == firsts[3:]
 
 
 @pytest.mark.parametrize("mode", list(AutoresetMode))

@@ -29,7 +29,7 @@ class _Recorder:
     Args:
         task: The task.
         label: Who acts.
-        last: How many of the last episodes are kept; None keeps all.
+        last: How many of those that ended are kept, the latest; None keeps all.
         first: How many episodes are recorded; None records all.
     """
 
@@ -117,7 +117,9 @@ class RecordReplay(_Recording, gym.Wrapper[Any, Any, Any, Any], RecordConstructo
         env: An environment of this library.
         file: Where `close` saves the replay; None saves nothing.
         label: Who acts, as "policy" or "reference".
-        last: How many of the last episodes are kept; None keeps all.
+        last: How many of the latest finished episodes are kept: an older one is dropped when a new
+            one ends, or is left unfinished by a reset. The one that goes on is kept beside them,
+            so a replay has up to `last` + 1. None keeps all.
 
     Raises:
         ValueError: An environment of another kind, or with wrappers that change its actions.
