@@ -3,6 +3,7 @@
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack, closing
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -176,12 +177,15 @@ class Records:
             "monitor": (("r", "l", "t", "is_success"), f"#{about}\n"),
             "times": ((_STEPS, *Spent._fields, "steps_per_second"), ""),
         }
-        self._csv = {
-            name: CsvLog(run / f"{name}.csv", *each, at.get(name)) for name, each in columns.items()
-        }
         self._last = (at.get("timesteps", 0), at.get("seconds", 0.0))
         purge = None if positions is None else at["timesteps"] + 1
-        self.logger = Logger(str(run.folder), [TensorBoardLog(run / "tensorboard", purge)])
+        self._csv: dict[str, CsvLog] = {}
+        with ExitStack() as opened:  # where one cannot be opened, the others are closed again
+            for name, each in columns.items():
+                log = CsvLog(run / f"{name}.csv", *each, at.get(name))
+                self._csv[name] = opened.enter_context(closing(log))
+            self.logger = Logger(str(run.folder), [TensorBoardLog(run / "tensorboard", purge)])
+            opened.pop_all()
 
     @staticmethod
     def check(run: Run, positions: Mapping[str, Any]) -> None:

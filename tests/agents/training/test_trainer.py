@@ -1,6 +1,8 @@
 """A training saves and evaluates when it is due, keeps the best policy, and logs what it says."""
 
+import gc
 import os
+import warnings
 from types import SimpleNamespace
 
 import gymnasium as gym
@@ -13,10 +15,11 @@ from agents.config.entries import config_from
 from agents.environments import make
 from agents.evaluation.reports import evaluate
 from agents.storage.logs import read_evaluations
+from agents.storage.runs import create_run
 from agents.training import trainer, validation
 from agents.training.rows import TrainingRows
 from agents.training.trainer import train
-from agents.training.validation import VALIDATION_SEED, Spent, Stopwatch, Validation
+from agents.training.validation import VALIDATION_SEED, Records, Spent, Stopwatch, Validation
 from rigid_envs import load
 from rigid_envs.base.checks import ConfigError
 from rigid_envs.scores.starts import TEST_SEED, row_seeds
@@ -54,6 +57,19 @@ def test_without_a_number_checkpoints_are_due_as_often_as_they_cost_two_hundredt
     training.save()
     assert [due_after(each) for each in (3.0, 149.0, 151.0)] == [False, False, True]
     training.close()
+
+
+@pytest.mark.parametrize("name", ["times.csv", "tensorboard"])
+def test_logs_are_closed_again_where_one_cannot_be_opened(tmp_path, name):
+    run = create_run(small(tmp_path))
+    (run / name).mkdir() if name.endswith("csv") else (run / name).touch()
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        with pytest.raises(OSError, match=name):
+            Records(run, run.config(), None)
+        gc.collect()
+    assert not [each for each in said if issubclass(each.category, ResourceWarning)]
+    run.close()
 
 
 def test_logs_are_on_the_disk_before_the_checkpoint_that_knows_of_them(tmp_path, monkeypatch):
