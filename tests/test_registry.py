@@ -457,6 +457,12 @@ def test_it_passes_the_contracts_that_ask_most(package):
         ("system", ", u.torque / p.wheel)", ", -u.torque / p.wheel)", "to tolerance rtol=1e-06"),
         ("system", "h * y.omega,", "h * (y.omega + h),", "to tolerance rtol=1e-11"),
         ("task", "min(max(y.omega, -FASTEST), FASTEST),", "", "gives 3 numbers; expected 4"),
+        (
+            "task",
+            "0.0, 0.0), ()\n",
+            "0.0, 0.0)\n",
+            "start = wheel_pendulum.task.start, which returns S",
+        ),
     ],
 )
 def test_contracts_tell_what_import_does_not(tmp_path, file, old, new, told):

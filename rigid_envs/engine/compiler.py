@@ -370,6 +370,8 @@ class _KernelCompiler(_PartCompiler):
 
     def compile_extra(self, function: Any) -> Any:
         with _once(self.state.targetctx):
+            for check in _checks.get(function, ()):
+                check()
             return super().compile_extra(function)
 
 
@@ -474,6 +476,7 @@ def kernel(
     parts: Iterable[Any] = (),
     *,
     allocates: bool = True,
+    checks: Iterable[Callable[[], object]] = (),
 ) -> Function:
     """Compile a loop over rows; the code is cached on disk and releases the interpreter lock.
 
@@ -485,7 +488,9 @@ def kernel(
         label: Name for messages and files; by default module and function name.
         parts: Functions, classes and tuples of numbers in a closure.
         allocates: Whether it makes arrays: otherwise it is compiled without counts of references.
+        checks: Called before it is compiled, not where it is loaded; each may refuse that.
     """
+    _checks[function] = tuple(checks)
     label = label or f"{function.__module__}.{function.__name__}"
     folder, name = cache_directory(), cache_name(label, parts or (function,))
     if name is not None:
@@ -498,6 +503,21 @@ def kernel(
         compiled._cache = KernelCache(folder, name)
     _labels[compiled] = label.removeprefix("rigid_envs.")
     return cast(Function, compiled)
+
+
+def returned_type(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Type that numba gives to what a function returns; None where numba cannot compile it.
+
+    Args:
+        function: From `scalar`; what is compiled here is taken for kernels.
+        arguments: Examples of the types of its arguments.
+    """
+    kinds = tuple(map(numba.typeof, arguments))
+    try:
+        typing = _cpu.typing_context
+        return typing.resolve_function_type(numba.typeof(function), kinds, {}).return_type
+    except numba.core.errors.NumbaError:  # the kernel meets it too, and tells where
+        return None
 
 
 def compiled_for(kernel: Function, *arguments: Any) -> Function:
@@ -568,4 +588,5 @@ class _Announcer(core.event.Listener):  # type: ignore[misc]
 
 
 _labels: dict[Any, str] = {}
+_checks: dict[Any, tuple[Callable[[], object], ...]] = {}
 core.event.register("numba:compile", _Announcer())

@@ -9,6 +9,7 @@ from typing import Any
 from rigid_envs.engine import rows as batch
 from rigid_envs.engine.algebra import NO_CONTACT, SUZUKI, Contact, Row
 from rigid_envs.engine.compiler import COMPILES, kernel, scalar
+from rigid_envs.engine.returns import Returns
 from rigid_envs.engine.rows import Array, Prototype, prototype
 
 Function = Callable[..., Any]
@@ -92,7 +93,8 @@ class Dynamics:
         def evaluate_rows(y: Array, u: Array, p: Array, out: Array) -> None:
             batch.evaluate(rhs, prototypes, y, u, p, out)
 
-        return self._kernel(evaluate_rows)
+        y, u, p = prototypes
+        return self._kernel(evaluate_rows, Returns("rhs", rhs, (y, u, p), y))
 
     @cached_property
     def force_rows(self) -> Callable[[Array, Array, Array, Array], None]:
@@ -102,7 +104,9 @@ class Dynamics:
         def force_rows(y: Array, u: Array, p: Array, out: Array) -> None:
             batch.evaluate(force, prototypes, y, u, p, out)
 
-        return self._kernel(force_rows)
+        y, u, p = prototypes
+        n_force = (1.0,) * self.contact.n_force
+        return self._kernel(force_rows, Returns("force", force, (y, u, p), n_force))
 
     @cached_property
     def measure_rows(self) -> Callable[[Array, Array, Array], None]:
@@ -112,7 +116,9 @@ class Dynamics:
         def measure_rows(y: Array, p: Array, out: Array) -> None:
             batch.measure(invariants, prototypes, y, p, out)
 
-        return self._kernel(measure_rows)
+        y, _, p = prototypes
+        kept = prototype(self.Invariants)
+        return self._kernel(measure_rows, Returns("invariants", invariants, (y, p), kept))
 
     @cached_property
     def rate_rows(self) -> Callable[[Array, Array, Array], None]:
@@ -122,7 +128,8 @@ class Dynamics:
         def rate_rows(y: Array, p: Array, out: Array) -> None:
             batch.rates(rate, prototypes, y, p, out)
 
-        return self._kernel(rate_rows)
+        y, _, p = prototypes
+        return self._kernel(rate_rows, Returns("rate", rate, (y, p), 1.0))
 
     @cached_property
     def simulate_rows(self) -> Callable[..., None]:
@@ -140,12 +147,15 @@ class Dynamics:
         ) -> None:
             batch.simulate(step, restore, weights, prototypes, p, u, u_per_stage, h, n_substeps, y)
 
-        return self._kernel(simulate_rows)
+        y, u, p = prototypes
+        steps = Returns("step", step, (y, u, p, 1.0), y), Returns("restore", restore, (y,), y)
+        return self._kernel(simulate_rows, *steps)
 
-    def _kernel(self, loop: Function) -> Function:
+    def _kernel(self, loop: Function, *returns: Returns) -> Function:
         label = f"{self.step.__module__}.{loop.__name__}"
         others = (self.rhs, self.invariants, self.rate, self.contact.force)
-        return kernel(loop, label, (*others, *self.parts))
+        checks = [each.check for each in returns]
+        return kernel(loop, label, (*others, *self.parts), checks=checks)
 
 
 def argument_names(function: Function) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """Definition of a task: functions of one row, compiled into step and reset."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any, NamedTuple
@@ -16,6 +16,7 @@ from rigid_envs.engine.elementary import clamp
 from rigid_envs.engine.layout import Prototypes, Slots, slots_of
 from rigid_envs.engine.loops import Functions, Reset, Step, reset_rows, step_rows
 from rigid_envs.engine.publication import NOISE_AND_DELAY, UNDISTURBED, Array, Disturbances
+from rigid_envs.engine.returns import Returns
 from rigid_envs.engine.rows import prototype
 
 # Clipping of actions to the action space.
@@ -105,6 +106,7 @@ def single(x: float) -> float:
 # Definition of a task over a system: functions of one row, compiled into step and reset.
 
 Function = Callable[..., Any]
+_STREAM = (np.uint64(0),) * 3  # an example of `randoms.Stream`
 
 
 class NoAuxiliary(NamedTuple):
@@ -242,12 +244,32 @@ class Episode:
     @cached_property
     def step(self) -> Step:
         """Compiled loop of a step: see `step_rows`."""
-        return self._kernel(step_rows(self.functions), *self.functions)
+        f, (y, u, p, _, aux, frame, a, terms, _, c) = self.functions, self.prototypes
+        results = aux, terms, 1.0, True, True
+        returns = (
+            Returns("clip", f.clip, (a,), (a, True)),
+            Returns("turn", f.turn, (tuple(a), frame), a),
+            Returns("actuate", f.actuate, (a, y, aux, p, c), (y, u)),
+            Returns("step", f.advance, (y, u, p, 1.0), y),
+            Returns("restore", f.restore, (y,), y),
+            Returns("force", f.force, (y, u, p), (1.0,) * self.ground.n_force),
+            Returns("rate", f.rate, (y, p), 1.0),
+            Returns("outcome", f.outcome, (y, u, aux, p, c, 1.0), results),
+            Returns("frame_of", f.frame_of, (y, aux, p, c), frame),
+        )
+        return self._kernel(step_rows(f), returns, *f)
 
     @cached_property
     def reset(self) -> Reset:
         """Compiled loop of a reset: see `reset_rows`."""
-        return self._kernel(reset_rows(self.functions), *self.functions)
+        f, (y, _, p, raw, aux, frame, _, _, _, c) = self.functions, self.prototypes
+        returns = (
+            Returns("derive", f.derive, raw, p),
+            Returns("start", f.start, (_STREAM, p, c), (y, aux)),
+            Returns("rate", f.rate, (y, p), 1.0),
+            Returns("frame_of", f.frame_of, (y, aux, p, c), frame),
+        )
+        return self._kernel(reset_rows(f), returns, *f)
 
     @cached_property
     def reward(self) -> Callable[[Array, Array, Array, Array, Array], None]:
@@ -260,13 +282,15 @@ class Episode:
         ) -> None:
             goals.reward_rows(judge, goal, rows, achieved, desired, weights, constants, out)
 
-        return self._kernel(reward, judge, self.Goal)
+        returns = Returns("judge", judge, (goal, goal, rows.constants), (rows.terms, True))
+        return self._kernel(reward, (returns,), judge, self.Goal)
 
-    def _kernel(self, loop: Function, *functions: Any) -> Function:
+    def _kernel(self, loop: Function, returns: Iterable[Returns], *functions: Any) -> Function:
         label = f"{self.outcome.__module__}.{loop.__name__}"
         rows = (self.Action, self.Terms, self.Constants, self.Auxiliary, self.Frame)
         parts = (*functions, *rows, *self.dynamics.parts, self.prototypes)
-        return kernel(loop, label, parts, allocates=False)
+        checks = [each.check for each in returns]
+        return kernel(loop, label, parts, allocates=False, checks=checks)
 
 
 @cache

@@ -412,7 +412,11 @@ class Core:
         reset: Reset = compiled_for(self.task.compiled.reset, *example)
         n, n_seen = len(self.task.shown_features()), reset(*example)
         if n_seen != n:  # more than there is room for would be written beyond the row
-            raise TypeError(f"observe gives {n_seen} numbers; expected {n}, as there are features")
+            observe = self.task.compiled.observe
+            raise TypeError(
+                f"observe = {observe.__module__}.{observe.__name__}, which gives {n_seen} numbers; "
+                f"expected {n}, one for each entry of features(): return these, in their order"
+            )
         return reset
 
     @cached_property
