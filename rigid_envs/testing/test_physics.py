@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from rigid_envs.engine.dynamics import at_rest
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.symmetry import Point
 from rigid_envs.tasks.task import Rolling
@@ -180,6 +181,36 @@ def test_what_goes_on_is_within_the_envelope(env_id):
         _, _, terminated, _, _ = envs.step(batch)
         for y, system in zip(envs.y[~terminated], np.array(envs.systems)[~terminated], strict=True):
             assert system.rate(y) <= envs.task.fastest
+
+
+def fastest(envs):
+    """Largest rate of any row [rad/s]: of its motion, or of its input where that sets the rates."""
+    found = []
+    for row, (y, system) in enumerate(zip(envs.y, envs.systems, strict=True)):
+        found.append(float(system.rate(y)))
+        if "omega_body" in system.accessors:
+            found.append(float(np.linalg.norm(system.accessors["omega_body"](y))))
+        if system.dynamics.rate is at_rest:
+            found.append(system.rate_bound(y, envs.moment(row).u, 0.0))
+    return max(found)
+
+
+def test_nothing_turns_faster_than_largest_rate(env_id):
+    n_rows = 200
+    envs = fresh(vector(env_id, n_rows))
+    steps = actions(env_id, min(ENVIRONMENTS[env_id].max_episode_steps, 80), n_rows)
+    steps[:, ::2] = steps[0, ::2]  # held, which drives a motion most
+    for k, batch in enumerate(steps):
+        if k % 8 == 0:
+            time, rate = k * envs.task.dt, fastest(envs)
+            largest = envs.task.largest_rate(time)
+            # a direction of float32 numbers is longer than 1 by this at most
+            assert rate <= largest * (1.0 + 2.0**-23), (
+                f"largest_rate({time:g}) = {largest:.6g} of {env_id}; expected at least {rate:.6g} "
+                "rad/s, which a row reached under random actions: bound the rates that any start "
+                "and any actions can lead to, for the steps of the integrator are chosen by it"
+            )
+        envs.step(batch)
 
 
 ROWS = 20

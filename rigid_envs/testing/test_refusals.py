@@ -282,15 +282,6 @@ def test_a_step_too_long_is_refused_with_the_least_number_of_substeps_that_will_
         task(**longest, n_substeps=needed - 1)
 
 
-@pytest.mark.parametrize(
-    "env_id", [i for i in IDS if "omega_body" in task_of(i).system().accessors]
-)
-def test_no_start_turns_faster_than_the_steps_are_chosen_for(env_id):
-    envs = fresh(vector(env_id, 500))
-    rates = np.linalg.norm(task_of(env_id).system().accessors["omega_body"](envs.y), axis=-1)
-    assert np.max(rates) <= task_of(env_id).largest_rate(0.0)
-
-
 @pytest.mark.parametrize("env_id", [i for i in IDS if hasattr(task_of(i), "lower_bound")])
 def test_the_least_cost_is_known_from_the_state_alone(env_id):
     envs = fresh(vector(env_id, 50))

@@ -2,6 +2,7 @@
 
 import itertools
 from collections import Counter
+from contextlib import suppress
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -10,7 +11,10 @@ import numpy as np
 import pytest
 from gymnasium.vector import VectorEnv
 
+from rigid_envs.base.checks import ConfigError
 from rigid_envs.engine.layout import CLOCK
+from rigid_envs.scores.policies import untrained_policy
+from rigid_envs.scores.starts import rollout
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.testing.environments import (
     ATTITUDES,
@@ -18,6 +22,7 @@ from rigid_envs.testing.environments import (
     GOALS,
     HORIZON,
     IDS,
+    OF_KERNELS,
     OWN,
     about_early_end,
     actions,
@@ -346,6 +351,38 @@ def test_episodes_end_early_where_a_task_can_end(env_id):
     seen = about_early_end(env_id, f"under it {early} ended and {lasting} did not")
     assert lasting, seen
     assert bool(early) == (env_id in EARLY_ENDS), seen
+
+
+ENDLESS = [env_id for env_id in IDS if env_id not in EARLY_ENDS]
+
+
+def least_and_largest(env_id):
+    """The least and the largest value of each number among the settings, one at a time."""
+    rest = {"n_substeps": 20 * task_of(env_id).n_substeps}
+    for name, rule in rules(env_id).items():
+        if hasattr(rule, "low") and name not in {*OF_KERNELS, *rest}:
+            yield from ({name: value, **rest} for value in (rule.low, rule.high))
+
+
+@pytest.mark.parametrize("env_id", ENDLESS)
+def test_no_setting_ends_an_episode_early_where_early_end_is_left_out(env_id):
+    for config in least_and_largest(env_id):
+        with suppress(ConfigError):
+            envs = fresh(vector(env_id, 16, **config))
+            for batch in actions(env_id, 40, 16):
+                _, _, terminated, _, infos = envs.step(batch)
+                seen = f"with {config} random actions ended some"
+                assert not (terminated > infos["physics_error"]).any(), about_early_end(
+                    env_id, seen
+                )
+
+
+@pytest.mark.parametrize("env_id", [i for i in ENDLESS if ENVIRONMENTS[i].controllers])
+def test_no_reference_controller_ends_an_episode_early_where_early_end_is_left_out(env_id):
+    envs, policy = vector(env_id, 8), untrained_policy(env_id, "reference")
+    seen = "the reference controller ended some"
+    for step in rollout(policy(envs), envs, [*range(8)], ()):
+        assert not step.terminated.any(), about_early_end(env_id, seen)
 
 
 @episodes
