@@ -14,6 +14,7 @@ import numpy.typing as npt
 from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.config import Config
+from sphinx.util.typing import stringify_annotation
 from sphinx_autodoc_typehints import format_annotation
 
 HERE = Path(__file__).parent
@@ -78,6 +79,25 @@ def typehints_formatter(annotation: Any, config: Config) -> str | None:
         (kind,) = get_args(get_args(annotation)[1]) or (Any,)
         return f"``NDArray[{getattr(kind, '__name__', kind)}]``"
     return None
+
+
+_ARRAY_LIKE = stringify_annotation(npt.ArrayLike, "smart")  # the union, as in a signature
+
+
+def with_short_signature(
+    app: Sphinx, what: str, name: str, obj: object, options: object, signature: Any, returns: Any
+) -> tuple[Any, Any]:
+    """The name in signatures that have annotations: those of named tuples."""
+    return signature and signature.replace(_ARRAY_LIKE, "ArrayLike"), returns
+
+
+def with_short_alias(app: Sphinx, domain: str, kind: str, content: nodes.Element) -> None:
+    """The name in what an alias stands for."""
+    union = re.sub(r"~[\w.]*\.", "", _ARRAY_LIKE)  # as it is shown
+    for paragraph in content.findall(nodes.paragraph):
+        if union in (text := paragraph.astext()):
+            kind_of = text.removeprefix("alias of ").replace(union, "ArrayLike")
+            paragraph[:] = [nodes.Text("alias of "), nodes.literal("", kind_of)]
 
 
 # Look
@@ -161,6 +181,8 @@ def setup(app: Sphinx) -> None:
     """Connect all of these, the first before Napoleon adds markup of its own."""
     app.connect("autodoc-process-docstring", as_plain_text, priority=400)
     app.connect("autodoc-skip-member", without_fields)
+    app.connect("autodoc-process-signature", with_short_signature)
+    app.connect("object-description-transform", with_short_alias)
     app.connect("builder-inited", stills)
     app.connect("source-read", for_the_site)
     app.connect("html-page-context", sized)
