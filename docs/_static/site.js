@@ -27,12 +27,13 @@ addEventListener("load", async () => {
     const text = formula.closest("p, li, dd, td");
     const after = formula.parentElement.nextSibling;
     const [comma] = after?.nodeValue?.match(/^[,.;:)]+/) ?? [];
-    if (text && formula.offsetWidth > text.clientWidth) formula.classList.add("wide");
-    else if (comma) {
+    const wide = text && formula.offsetWidth > text.clientWidth;
+    if (comma) {
       after.deleteData(0, comma.length);
-      formula.parentElement.append(comma);
-      formula.parentElement.style.whiteSpace = "nowrap";
+      (wide ? formula : formula.parentElement).append(comma);
     }
+    if (wide) formula.classList.add("wide");
+    else if (comma) formula.parentElement.style.whiteSpace = "nowrap";
   }
 });
 

@@ -99,4 +99,7 @@ def test_formulas_are_mathematics_and_on_a_phone_wide_ones_scroll(browser, site)
     )
     assert len(ends) > 40
     assert max(ends) <= 390
+    after = "nodes => nodes.map(node => node.parentElement.nextSibling?.nodeValue ?? '')"
+    texts = page.locator("mjx-container.wide").evaluate_all(after)
+    assert texts and not any(text.startswith((",", ".")) for text in texts)  # at the head of a line
     page.close()
