@@ -12,7 +12,8 @@ import numpy as np
 
 from rigid_envs.base.checks import Array, Bools, ConfigError, Integers, Singles
 from rigid_envs.base.files import DamagedFileError
-from rigid_envs.control.planning.descent import Plans, improve, shorten
+from rigid_envs.control.planning.deadlines import hurried, shorten, sooner
+from rigid_envs.control.planning.descent import Plans, improve
 from rigid_envs.control.planning.model import Counts, Model
 from rigid_envs.control.planning.tracking import follow
 from rigid_envs.engine.provenance import provenance
@@ -210,8 +211,8 @@ class Recipe(NamedTuple):
     Attributes:
         n_rounds: Linearisations of a plan, or of one with a deadline.
         n_steps: Actions of a plan of a task that ends at success; None for the time limit.
-        n_guesses: Curves that a ball is first rolled along.
-        n_cuts: Deadlines of a plan whose cost is time; 0 where it is not.
+        n_guesses: Curves that a ball is first rolled along, or the force turns along.
+        n_cuts: Deadlines of a plan whose cost is time and that must stay; 0 where it is not.
         n_hops: How often the best plan is changed at random, and improved again.
     """
 
@@ -234,7 +235,7 @@ RECIPES = {
     "BallSteer": Recipe(40),
     "DiskRoll": Recipe(60),
     "DiskRollRandom": Recipe(60),
-    "BallParkDynamic": Recipe(16, n_steps=60, n_cuts=8),
+    "BallParkDynamic": Recipe(24, n_steps=60, n_guesses=24),
 }
 """How ids are planned that end at success or cost time, by the name in the id."""
 
@@ -284,10 +285,12 @@ def plan(env_id: str, firsts: Sequence[Singles], rows: Integers) -> Singles:
     model = Model(task_of(env_id), state, recipe.n_steps or limit, counts)
     slowed = recipe.n_steps is not None and counts == "cost"
     given = [spread(first[:, rows], model.n_steps, slowed) for first in firsts]
+    rng = np.random.default_rng([TEST_SEED, int(rows[0])])
+    if counts == "time" and recipe.n_steps:
+        return _soonest(model, given, recipe, rng).actions
     if counts == "cost":  # much happens by itself
         given.append(np.zeros((model.n_steps, len(rows), model.n_actions)))
     made = [_improved(model, first, recipe) for first in given]
-    rng = np.random.default_rng([TEST_SEED, int(rows[0])])
     if recipe.n_guesses:
         made.append(_best_of_guesses(model, state, recipe, rng))
     best = functools.reduce(better_of, made)
@@ -332,13 +335,34 @@ def better_of(one: Plans, other: Plans) -> Plans:
     return Plans(actions, np.where(first, one.costs, other.costs))
 
 
+def _soonest(
+    model: Model, given: Sequence[Array], recipe: Recipe, rng: np.random.Generator
+) -> Plans:
+    """Plans of a task that ends at success, each ended earlier and earlier."""
+    n, rows = model.n_rows, np.arange(model.n_rows)
+    plans = Plans(np.zeros((model.n_steps, n, model.n_actions), np.float32), np.full(n, np.inf))
+    for first in given:
+        plans.keep(rows, model.roll(first))
+    hurried(model, plans, rows, recipe.n_rounds)
+    for _ in range(recipe.n_guesses):
+        met = sooner(model, plans, rows, lambda T, part: _curve(rng, T, len(part)), recipe.n_rounds)
+        hurried(model, plans, met, recipe.n_rounds)
+    return plans
+
+
 def _guess(rng: np.random.Generator, n_steps: int, n: int, task: Any) -> Array:
-    """Paths of random length whose heading is a random parabola, as actions (T, n, 2)."""
+    """Paths of random length along such curves, as actions (T, n, 2)."""
+    curve = _curve(rng, n_steps, n)
+    length = rng.uniform(*_LONGEST_GUESS, n) / (n_steps * task.roll_per_step)
+    return np.asarray(curve * length[:, None])
+
+
+def _curve(rng: np.random.Generator, n_steps: int, n: int) -> Array:
+    """Directions whose angle is a random parabola, shape (T, n, 2)."""
     s = np.linspace(0.0, 1.0, n_steps)[:, None]
     start, turn, bend = rng.uniform(-1.0, 1.0, (3, n))
     heading = np.pi * start + _SWING * (turn * s + bend * (s * s - s))
-    length = rng.uniform(*_LONGEST_GUESS, n) / (n_steps * task.roll_per_step)
-    return np.asarray(np.stack([np.cos(heading), np.sin(heading)], axis=-1) * length[:, None])
+    return np.stack([np.cos(heading), np.sin(heading)], axis=-1)
 
 
 def _starts(env_id: str, n: int) -> dict[str, Array]:

@@ -286,6 +286,11 @@ class Model:
         part.first, part.weights = self.first[rows], self.weights[rows]
         return part
 
+    def ending(self, rows: Integers, n_steps: int) -> Model:
+        """A model of some of the rows, whose plans have so many actions."""
+        state = {key: each[rows] for key, each in self._state.items()}
+        return Model(self.task, state, n_steps, self.counts)
+
     def roll(self, plan: Array, tracking: Tracking | None = None) -> Motion:
         """Roll plans out.
 

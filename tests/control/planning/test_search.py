@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from rigid_envs.control.planning import descent
+from rigid_envs.control.planning import deadlines
+from rigid_envs.control.planning.deadlines import hurried, shorten, sooner
 from rigid_envs.control.planning.descent import (
     Plans,
     PlanSearch,
@@ -17,7 +18,6 @@ from rigid_envs.control.planning.descent import (
     improve,
     looked_at,
     merge,
-    shorten,
     take,
 )
 from rigid_envs.control.planning.model import Linear, Model, Motion
@@ -188,7 +188,7 @@ def test_a_plan_is_replaced_by_one_that_succeeds_and_costs_less_alone():
 def test_a_plan_run_faster_comes_as_far_in_less_time():
     T, steps, goal = 40, np.array([24.0, 24.0]), np.array([12.0, 24.0])
     push = np.where(np.arange(T) < 12, 0.1, -0.1) * (np.arange(T) < 24)
-    found = descent.compressed(np.repeat(push[:, None, None], 2, axis=1), steps, goal)[..., 0].T
+    found = deadlines.compressed(np.repeat(push[:, None, None], 2, axis=1), steps, goal)[..., 0].T
 
     def place(pushes):  # and speed, of a mass that is pushed in steps
         speed = np.cumsum(pushes)
@@ -198,10 +198,10 @@ def test_a_plan_run_faster_comes_as_far_in_less_time():
     assert np.flatnonzero(found[0])[-1] == 11 and found[0][0] == pytest.approx(0.4)
     np.testing.assert_array_equal(found[1], push)
     whole = np.random.default_rng(0).normal(size=(T, 1, 2))
-    np.testing.assert_array_equal(descent.compressed(whole, np.array([T]), np.array([T])), whole)
+    np.testing.assert_array_equal(deadlines.compressed(whole, np.array([T]), np.array([T])), whole)
 
 
-def deadlines(monkeypatch, first, least, n_cuts):
+def tried_deadlines(monkeypatch, first, least, n_cuts):
     """The deadlines that are tried with plans of `first` steps where `least` are enough."""
     T, n, dt, tried = 64, len(first), 0.1, []
 
@@ -219,25 +219,25 @@ def deadlines(monkeypatch, first, least, n_cuts):
         enough = model.first >= np.asarray(least)[model.rows]
         return Plans(plan, np.where(enough, model.first * dt, np.inf))
 
-    monkeypatch.setattr(descent, "improve", improve)
+    monkeypatch.setattr(deadlines, "improve", improve)
     model = Timed(n_rows=n, task=SimpleNamespace(dt=dt))
     return shorten(model, np.zeros((T, n, 1)), n_cuts, 3).costs / dt, tried
 
 
 def test_a_deadline_that_is_met_moves_on_and_one_that_is_not_moves_half_as_far(monkeypatch):
-    costs, tried = deadlines(monkeypatch, [40.0], [22], 20)
+    costs, tried = tried_deadlines(monkeypatch, [40.0], [22], 20)
     assert [each[0] for each in tried] == [30, 20, 25, 20, 23, 21, 22, 21, 21]
     assert costs == pytest.approx([22.0])
 
 
 def test_each_row_has_its_own_deadline_and_is_left_when_it_cannot_be_shorter(monkeypatch):
     first, least = [40.0, 8.0, 1.0], [1, 8, 1]
-    costs, tried = deadlines(monkeypatch, first, least, 50)
+    costs, tried = tried_deadlines(monkeypatch, first, least, 50)
     assert costs == pytest.approx([1.0, 8.0, 1.0])
     assert all(2 not in each for each in tried)  # one step cannot be fewer
     assert [each[1] for each in tried if 1 in each] == [6, 7, 7]
     assert min(each[0] for each in tried if 0 in each) == 1
-    assert deadlines(monkeypatch, first, least, 2)[0] == pytest.approx([20.0, 8.0, 1.0])
+    assert tried_deadlines(monkeypatch, first, least, 2)[0] == pytest.approx([20.0, 8.0, 1.0])
 
 
 def model_from(env_id, n_steps, counts="cost", **start):
@@ -292,9 +292,32 @@ def test_a_ball_is_pushed_straight_home_in_the_least_time():
     strength = (part / half) ** 2
     slow = np.zeros((30, 1, 2))
     slow[:half, 0, 0], slow[half : 2 * half, 0, 0] = -strength, strength
-    plans = shorten(model, slow, 8, 12)
     least = least_time(distance - task.position_tolerance, largest, task.speed_tolerance)
-    assert least <= plans.costs[0] + 1e-9 and plans.costs[0] < least + 1.01 * task.dt
+    plans = Plans(slow.astype(np.float32), model.roll(slow).costs)
+    hurried(model, plans, np.array([0]), 12)
+    for found in (shorten(model, slow, 8, 12), plans):
+        assert least <= found.costs[0] + 1e-9 and found.costs[0] < least + 1.01 * task.dt
+    ends = round(plans.costs[0] / task.dt)
+    assert plans.actions[:ends].any() and not plans.actions[ends:].any()
+    assert model.roll(plans.actions).costs == plans.costs
+    assert not len(sooner(model, plans, np.array([0]), lambda T, rows: plans.actions[:T], 4))
+
+
+def test_plans_are_made_to_end_sooner_each_from_a_deadline_of_its_own(monkeypatch):
+    model, tried = model_of("RigidEnvs/BallParkDynamic-v0", 4, 12, "time"), {}
+    plans = Plans(np.ones((12, 4, 2), np.float32), np.array([1.0, 1.6, np.inf, 1.6]))
+
+    def improve(part, first, n_rounds):
+        tried[part.n_steps] = part.n_rows
+        costs = np.where(np.arange(part.n_rows) == 0, 0.2 * (part.n_steps - 1), np.inf)
+        return Plans(first, costs)
+
+    monkeypatch.setattr(deadlines, "improve", improve)
+    rows = np.array([0, 1, 2, 3])
+    better = sooner(model, plans, rows, lambda T, part: np.full((T, len(part), 2), 0.5), 3)
+    assert tried == {4: 1, 7: 2, 11: 1} and better.tolist() == [0, 1, 2]
+    assert plans.costs == pytest.approx([0.6, 1.2, 2.0, 1.6])
+    assert plans.actions[:, :, 0].sum(axis=0).tolist() == [2.0, 3.5, 5.5, 12.0]
 
 
 def test_a_plan_that_succeeds_is_kept_until_there_is_a_better_one():
