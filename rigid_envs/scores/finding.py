@@ -30,6 +30,7 @@ from rigid_envs.scores.policies import (
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, metrics_of, row_seeds
 from rigid_envs.scores.trained import load, published
+from rigid_envs.tasks import registry
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
 # Search for best known costs: whoever finds is played, and counts where it succeeds.
@@ -240,8 +241,13 @@ RECIPES = {
 """How ids are planned that end at success or cost time, by the name in the id."""
 
 
+def is_planned(env_id: str) -> bool:
+    """Whether there is a recipe of an id, or a planner of its own."""
+    return bool(ENVIRONMENTS[env_id].planner) or recipe_of(env_id) is not None
+
+
 def recipe_of(env_id: str) -> Recipe | None:
-    """How an id is planned; None where it is not planned, as it says no conditions of success."""
+    """How an id is planned from conditions of success; None where it says none."""
     if not ENVIRONMENTS[env_id].conditions:
         return None
     return RECIPES.get(env_id.rpartition("/")[2].rpartition("-")[0], Recipe())
@@ -276,11 +282,14 @@ def plan(env_id: str, firsts: Sequence[Singles], rows: Integers) -> Singles:
     Raises:
         ConfigError: The id is not planned.
     """
-    recipe, limit = recipe_of(env_id), ENVIRONMENTS[env_id].max_episode_steps
-    if recipe is None:
-        known = [each for each in ENVIRONMENTS if recipe_of(each) is not None]
+    if not is_planned(env_id):
+        known = [each for each in ENVIRONMENTS if is_planned(each)]
         raise ConfigError(f"ID = {env_id}; expected one that is planned: {known}")
     state = {key: part[rows] for key, part in _starts(env_id, int(rows.max()) + 1).items()}
+    if name := ENVIRONMENTS[env_id].planner:
+        own: Singles = registry.load(name)(task_of(env_id), state)
+        return own
+    recipe, limit = recipe_of(env_id) or Recipe(), ENVIRONMENTS[env_id].max_episode_steps
     counts = _COUNTS.get(metrics_of(env_id)[0].name, "cost")
     model = Model(task_of(env_id), state, recipe.n_steps or limit, counts)
     slowed = recipe.n_steps is not None and counts == "cost"

@@ -56,6 +56,8 @@ class EnvironmentRecord:
             extra "control", and so is no reference controller.
         conditions: Conditions of success for planning, "module:name" of a
             `rigid_envs.control.planning.Conditions`; empty where no plans are searched for.
+        planner: Planner of the task's own, "module:name" of a function from the task and states
+            at starts to plans; empty where there is none.
     """
 
     id: str
@@ -71,6 +73,7 @@ class EnvironmentRecord:
     decoder: str = ""
     predictive: str = ""
     conditions: str = ""
+    planner: str = ""
 
 
 _RECORDS: dict[str, EnvironmentRecord] = {}
@@ -141,7 +144,7 @@ def _ours(task: str, max_episode_steps: int, metrics: str, **more: Any) -> None:
         codes = more.get(key, {})
         more[key] = {label: f"{room}.references:{code}" for label, code in codes.items()}
     more.setdefault("decoder", re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower())
-    for key in ("decoder", "predictive", "conditions"):
+    for key in ("decoder", "predictive", "conditions", "planner"):
         if key in more:
             more[key] = f"{room}.references:{more[key]}"
     more["metrics"] = tuple(metrics.split())
@@ -282,6 +285,7 @@ _ours(
     early_end={"dt": 1.0, "n_substeps": 20, "start_part": 0.99, "beta_change": 3.0},
     controllers={"bang_bang": "pump"},
     limits={"time": "ROLL_PUMP_TIME"},
+    planner="pumped_out",
 )
 _ours(
     "heavy_top:PivotTop",

@@ -48,6 +48,7 @@ CONTROLLERS = (
     dynamic_ball.PlateRegulator(MOVED, 0.4, 0.1),
     heavy_top.PrecessionRegulator(TOP, 0.3, 0.05, (0.4, 0.8), (8.0, 9.0)),
     rolling_ball.QuarterRolls(BALL, 2),
+    roller.LeastTime(roller.Pump(systems.Roller(curvature=0.3), 0.9, 0.05), 1.2),
     roller.Pump(systems.Roller(curvature=0.3), 0.9, 0.05),
     dynamic_ball.PushAlong(MOVED, 0.5, 0.1),
     free_body.QuaternionPD(BODY, 0.3),

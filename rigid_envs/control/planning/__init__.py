@@ -3,7 +3,8 @@
 A plan is a sequence of actions from a known state. It is found by sequential convex programming:
 `model` rolls plans out and linearises every step; `descent` solves the convex problem that this
 leaves, again and again; `deadlines` shortens plans whose cost is time; `tracking` keeps errors
-small in all steps. What success asks of a motion is in the `references` of each system.
+small in all steps. `planar` finds least times where the state is a point of a plane. What success
+asks of a motion is in the `references` of each system.
 """
 
 from rigid_envs.control.planning.deadlines import hurried, shorten, sooner

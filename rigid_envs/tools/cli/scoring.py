@@ -299,7 +299,7 @@ def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) ->
     others = [*untrained.values(), *finding.trained(env_id, n), *others]
     for each in others:
         found = found.and_of(each)
-    able = options.plan and finding.recipe_of(env_id) is not None
+    able = options.plan and finding.is_planned(env_id)
     firsts = [each.actions for each in others if each.actions is not None and each.successes.any()]
     for improved in itertools.chain([found], finding.search(found, firsts) if able else ()):
         found = improved.told(untrained)

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from rigid_envs.systems.roller.controllers import Pump
+from rigid_envs.systems.roller.closed_forms import valley
+from rigid_envs.systems.roller.controllers import LeastTime, Pump
 from rigid_envs.systems.roller.references import pump
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
@@ -76,6 +77,8 @@ def test_what_cannot_be_pumped_is_refused():
     refuses("expected rest, and not at the bottom", PUMP.least_passes, [0.0, 0.0], 1.0)
     refuses("expected rest, and not at the bottom", PUMP.least_passes, [0.4, 0.1], 1.0)
     refuses(r"beta_change = -0\.1", PUMP, [0.4, 0.1], -0.1)
+    tilted = Pump(Roller(curvature=0.3, slope=0.2), 0.9, DT)
+    refuses(r"pump\.roller\.slope = 0\.2; expected 0", LeastTime, tilted, 1.2)
 
 
 GAIN = 10.0 / 7.0  # (1 + 1) / (1 + 2/5)
@@ -124,6 +127,54 @@ def test_the_bang_bang_controller_climbs_out_in_hardly_more_passes_than_it_must(
     shortest = RollPump().lower_bound(found.y[0])
     assert (found.cost >= shortest).all()
     assert np.mean(found.cost) < 1.2 * np.mean(shortest)
+
+
+LEAST = LeastTime(Pump(RollPump().system(), 0.6, 0.1), 1.2)
+
+
+def some_points(n):
+    """Points in the valley, as `LeastTime` has them, and inputs."""
+    x = np.random.default_rng(1).uniform(-1.0, 1.0, (n, 2)) * [1.2 / KAPPA, 12.0]
+    return x, np.linspace(0.0, 1.0, 9)
+
+
+def test_the_points_of_the_least_time_move_as_the_roller_does():
+    x, inputs = some_points(20)
+    s, momentum = x[:, 0], x[:, 1] - 0.05 * G * np.sin(KAPPA * x[:, 0])
+    after = LEAST.moved(x, inputs, 0.1)
+    for k, u in enumerate(1.0 / 2.0 + (1.0 / 1.4 - 1.0 / 2.0) * inputs):
+        for row in range(20):
+            end = valley(0.1, s[row], u * momentum[row], curvature=KAPPA, beta=1 / u - 1, g=G)
+            p = end[1] / u + 0.05 * G * np.sin(KAPPA * end[0])
+            # 1.1e-6 found, of one step of the integrator at the largest speed
+            np.testing.assert_allclose(after[k, row], [end[0], p], atol=2e-6)
+    np.testing.assert_allclose(LEAST.moved(after[3], inputs[3:4], -0.1)[0], x, atol=1e-12)
+
+
+def test_the_margin_covers_what_a_ratio_changes_of_the_momentum_and_the_errors_of_chords():
+    x, inputs = some_points(5000)
+    after = LEAST.moved(x, inputs, 0.1)
+    high = np.min([LEAST.margin(each)[:, 1] for each in after], axis=0)
+    spread = np.ptp(after[..., 1], axis=0) / high
+    assert 0.5 < spread.max() < 1.0
+    chords = np.random.default_rng(2).normal(size=x.shape)
+    chords *= LEAST.size / (np.abs(chords) @ [1.0, 0.1 / 1.4])[:, None]
+    first, last = (LEAST.moved(x + t * chords, inputs[[0, -1]], 0.1) for t in (0.0, 1.0))
+    middle = LEAST.moved(x + 0.5 * chords, inputs[[0, -1]], 0.1)
+    off = np.abs(0.5 * (first + last) - middle).max(axis=0)
+    assert (off < LEAST.margin(x)).all()
+
+
+def test_plans_of_least_time_climb_out_in_hardly_more_periods_than_any_can():
+    n = 40
+    envs = rows("roller.tasks:RollPump", n)
+    s = envs.y[:, 0].copy()
+    bound, time = LEAST.periods(s, 400), np.zeros(n)
+    for k, actions in enumerate(LEAST.actions(s, 400)):
+        over = envs.step(actions)[2]
+        time[over & (time == 0)] = k + 1
+    assert (time >= bound).all() and (time > 0).all()
+    assert np.mean(time <= bound + 1) > 0.85 and np.mean(time) < 1.01 * np.mean(bound)
 
 
 def test_without_a_plan_the_roller_stays_in_the_valley():

@@ -199,7 +199,8 @@ class RollPump(Rolling):
         Exact: the factor $(1 + beta_hi) / (1 + beta_lo) = 10/7$ in height per pass. From rest at
         the height $h$ to the rim it takes $log(h_rim / h) / log(10/7)$ passes, rounded up. No
         policy reaches the rim in less time than $(n - 1/2) pi sqrt((1 + beta_lo) / (g curvature))$
-        with $n$ the number of passes.
+        with $n$ the number of passes. The least number of control periods is known nearly exactly,
+        by regions of the plane of angle and momentum from which the rim is not reached in fewer.
 
     Source:
         Tea & Falk 1968, "Pumping on a swing", American Journal of Physics 36, for a swing of
