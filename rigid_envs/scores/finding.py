@@ -232,11 +232,10 @@ RECIPES = {
     "BallParkGoal": _ROLLED,
     "CoinPark": Recipe(64, n_steps=100, n_hops=8),
     "Reorient": Recipe(10, n_cuts=7),
-    "BallPlate": Recipe(10, n_cuts=9),
     "BallSteer": Recipe(40),
     "DiskRoll": Recipe(60),
     "DiskRollRandom": Recipe(60),
-    "BallParkDynamic": Recipe(24, n_steps=60, n_guesses=24),
+    "BallParkDynamic": Recipe(24, n_steps=60, n_guesses=12),
 }
 """How ids are planned that end at success or cost time, by the name in the id."""
 

@@ -269,6 +269,7 @@ _ours(
     controllers={"lqr": "plate_regulator"},
     predictive="held_ball",
     conditions="HELD",
+    planner="held_soon",
 )
 _ours(
     "rolling_ball:BallGrid",

@@ -56,6 +56,7 @@ CONTROLLERS = (
     free_body.SingleTorque(BODY, 1.0, 0.2),
     free_body.SpinRegulator(BODY, 1.0, 0.2, 0.05),
     free_body.TimedFlip(BODY, 1.0, 0.5),
+    dynamic_ball.TiltTransfer(dynamic_ball.PlateRegulator(MOVED, 0.4, 0.1), 0.1, 0.05, 20),
     upright_coin.TwoRolls(systems.UprightCoin(), 0.3, 0.5),
     heavy_top.UprightBalance(TOP, 0.3, 0.05),
 )

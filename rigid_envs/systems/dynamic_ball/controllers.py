@@ -2,12 +2,20 @@
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, CheckedFields, Integers, array, positive, require
+from rigid_envs.base.checks import (
+    Array,
+    CheckedFields,
+    Integers,
+    array,
+    integer,
+    positive,
+    require,
+)
 from rigid_envs.control import linear
 from rigid_envs.control.predictive import Symbols, size
 from rigid_envs.mechanics.symbolic import casadi
@@ -105,6 +113,182 @@ class PlateRegulator(CheckedFields):
         G = G / self.dt
         F[:, 6:] -= G  # accelerations are (r - rates) / dt
         return F, G
+
+
+# Tilting a table so that a ball is on a point soon, and stays there: linear programmes.
+
+_REST = [2, 3, 5, 6, 7, 8]  # velocities, tilt and its rates among the coordinates of a plan
+_N_SIDES = 12  # of the polygon around the tolerance
+_SETTLE = 10  # periods after the time for which the ball is to stay, until it rests
+_INSIDE = 0.9  # parts of the tolerance below which an error does not count
+_CHANGE = 1e-3  # price of changed rates [s/rad]
+_UNREST = 20.0  # price of what does not rest at the end
+_AT_LIMIT = 0.9999  # part of the largest tilt that is used: what the motor would stop is not linear
+
+
+class TiltPlan(NamedTuple):
+    """Commanded rates of a table, and what comes of them.
+
+    Attributes:
+        rates: shape (T, 2) [rad/s].
+        x: expected coordinates before each period and at the end, shape (T + 1, 9).
+        error: largest distance from the point after the deadline, over the tolerance, and what
+            does not rest at the end, priced.
+    """
+
+    rates: Array
+    x: Array
+    error: float
+
+
+class AffineSteps(NamedTuple):
+    """Steps x+ = F x + G r + c of the coordinates under commanded rates r.
+
+    Attributes:
+        F: shape (T, 9, 9).
+        G: shape (T, 9, 2).
+        c: shape (T, 9).
+    """
+
+    F: Array
+    G: Array
+    c: Array
+
+
+@dataclass(frozen=True)
+class TiltTransfer(CheckedFields):
+    """Leads a ball to a point of a table by a deadline, and holds it there until it rests.
+
+    Coordinates x = (X, Y, VX, VY, spin, tilt, tilt rates), of which every step is linearised. Over
+    the commanded rates r_t this is a linear programme: the least largest distance from the point
+    from the deadline on, with ``abs(r_t) <= tilt_rate``, the table able to stop within its limit,
+    ``abs(alpha_t + dt r_t / 2) <= tilt_limit``, and rest at the end. A distance is the largest of
+    its components in some directions. As the motion is nearly linear, the optimum changes little
+    from one linearisation to the next, where rates that need not change do not: a change has a
+    small price, and none is below 0.9 of the tolerance.
+
+    Attributes:
+        regulator: of the same table.
+        tilt_limit: largest angle [rad].
+        tolerance: largest distance from the point [m].
+        hold: periods for which the ball is to stay.
+        n_substeps: steps of the integrator in a period.
+    """
+
+    regulator: PlateRegulator
+    tilt_limit: Annotated[float, positive, "rad"]
+    tolerance: Annotated[float, positive, "m"]
+    hold: Annotated[int, integer, 1]
+    n_substeps: Annotated[int, integer, 1] = 1
+
+    def periods(self, deadline: int) -> int:
+        """Number of periods of a plan."""
+        return deadline + self.hold + _SETTLE
+
+    def level(self, n_steps: int) -> AffineSteps:
+        """Steps near rest on the level table."""
+        F, G = np.eye(9), np.zeros((9, 2))
+        planar = [k - 4 for k in _PLANAR]
+        F[np.ix_(planar, planar)], G[planar] = self.regulator.step
+        F, G = np.broadcast_to(F, (n_steps, 9, 9)), np.broadcast_to(G, (n_steps, 9, 2))
+        return AffineSteps(F, G, np.zeros((n_steps, 9)))
+
+    def along(self, x: Array) -> AffineSteps:
+        """Steps linearised along a motion, shape (T + 1, 9)."""
+        rates, small = x[1:, 7:], 1e-6
+        rows = np.concatenate([x[:-1], rates], axis=1)
+        moved = rows + small * np.concatenate([np.zeros((1, 11)), np.eye(11)])[:, None]
+        after = self.advance(moved[..., :9], moved[..., 9:])
+        slopes = np.moveaxis((after[1:] - after[0]) / small, 0, -1)
+        c = x[1:] - (slopes @ rows[..., None])[..., 0]
+        return AffineSteps(slopes[..., :9], slopes[..., 9:], c)
+
+    def advance(self, x: Array, rates: Array) -> Array:
+        """Coordinates after a period in which the tilt rates come to be `rates`, shape (..., 9)."""
+        ball, change = self.regulator.ball, (rates - x[..., 7:]) / self.regulator.dt
+        y = np.concatenate([np.broadcast_to(ball.state()[:4], (*x.shape[:-1], 4)), x], axis=-1)
+        u = np.concatenate([np.zeros_like(change), change], axis=-1)
+        return ball.advance(y, u, self.regulator.dt, self.n_substeps)[..., 4:]
+
+    def plan(
+        self,
+        start: Array,
+        point: Array,
+        deadline: int,
+        steps: AffineSteps,
+        near: Array,
+        reach: float,
+    ) -> TiltPlan | None:
+        """Rates after which the ball is nearest to the point from a deadline on.
+
+        Args:
+            start: coordinates, shape (9,).
+            point: shape (2,) [m].
+            deadline: number of periods after which the ball is to be there.
+            steps: linearised, as many at least as the plan has.
+            near: rates that are changed, shape (n, 2) [rad/s].
+            reach: how much each may change [rad/s].
+        """
+        T = self.periods(deadline)
+        affine = self._affine(start, T, steps)
+        offsets = affine[deadline:, :2].copy()
+        offsets[..., -1] -= point
+        angles = 2.0 * np.pi * np.arange(_N_SIDES) / _N_SIDES
+        sides = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        far = (sides @ offsets).reshape(-1, 2 * T + 1)
+        stops = affine[1:, 5:7].copy()
+        stops[np.arange(T), :, :-1] += 0.5 * self.regulator.dt * np.eye(2 * T).reshape(T, 2, -1)
+        stops = stops.reshape(-1, 2 * T + 1)
+        found = self._solve(far, stops, affine[-1, _REST], near[:T].ravel(), reach)
+        if found is None:
+            return None
+        rates, error = found
+        return TiltPlan(rates.reshape(T, 2), affine @ np.append(rates, 1.0), error)
+
+    @staticmethod
+    def _affine(start: Array, n_steps: int, steps: AffineSteps) -> Array:
+        """Coordinates as affine functions of all rates, shape (T + 1, 9, 2 T + 1)."""
+        x = np.zeros((n_steps + 1, 9, 2 * n_steps + 1))
+        x[0, :, -1] = start
+        for t in range(n_steps):
+            x[t + 1] = steps.F[t] @ x[t]
+            x[t + 1, :, 2 * t : 2 * t + 2] += steps.G[t]
+            x[t + 1, :, -1] += steps.c[t]
+        return x
+
+    def _solve(
+        self, far: Array, stops: Array, rest: Array, near: Array, reach: float
+    ) -> tuple[Array, float] | None:
+        """Rates, and the largest error; arguments are affine in the rates, in the last column 1.
+
+        Variables: what is added to rates and taken off, what rest lacks either way, the error.
+        """
+        from scipy.optimize import linprog  # slow to import
+
+        n, limit, rate = len(near), _AT_LIMIT * self.tilt_limit, self.regulator.tilt_rate
+        below = np.concatenate([far, stops, -stops])
+        bounds = np.concatenate([np.zeros(len(far)), np.full(2 * len(stops), limit)])
+        loads = np.zeros((len(below), 1))
+        loads[: len(far)] = -self.tolerance
+        none, unit = np.zeros((len(below), 12)), np.eye(6)
+        upper = np.hstack([below[:, :-1], -below[:, :-1], none, loads])
+        equal = np.hstack([rest[:, :-1], -rest[:, :-1], unit, -unit, np.zeros((6, 1))])
+        price = np.concatenate([np.full(2 * n, _CHANGE), np.full(12, _UNREST), [1.0]])
+        low, high = np.zeros(2 * n + 13), np.full(2 * n + 13, np.inf)
+        high[: 2 * n] = np.minimum(reach, np.concatenate([rate - near, rate + near]))
+        low[-1] = _INSIDE
+        found = linprog(
+            price,
+            upper,
+            bounds - below @ np.append(near, 1.0),
+            equal,
+            -rest @ np.append(near, 1.0),
+            np.stack([low, high], axis=1),
+        )
+        if found.status != 0:
+            return None
+        x = found.x
+        return near + x[:n] - x[n : 2 * n], float(x[-1] + _UNREST * x[2 * n : -1].sum())
 
 
 # Rolling a ball along a polygon: as it is told, or pushed, from rest to rest along each side.

@@ -5,7 +5,10 @@ import pytest
 
 from rigid_envs.control.linear import region_of_attraction, simulate_closed_loop
 from rigid_envs.mechanics import rotations
-from rigid_envs.systems.dynamic_ball.controllers import PlateRegulator, PushAlong
+from rigid_envs.scores.best import least_time
+from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.finding import of_plans, plan
+from rigid_envs.systems.dynamic_ball.controllers import PlateRegulator, PushAlong, TiltTransfer
 from rigid_envs.systems.dynamic_ball.references import plate_regulator, pushed
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.dynamic_ball.tasks.ball_park_dynamic import BallParkDynamic, speed_bound
@@ -309,3 +312,80 @@ def test_no_ball_on_a_table_becomes_faster_than_the_step_allows_for(turntable_ra
         envs.step(action.astype(np.float32))
         reached = max(reached, np.max(np.linalg.norm(system.omega_plate(envs.y), axis=1)))
     assert 0.25 * largest < reached < largest
+
+
+# Plans that lead a ball on a table to a point soon: linear programmes.
+
+SMALL_BALL = DynamicBall(radius=0.002)  # hardly moved by the turning of the table itself
+
+
+def transfer(ball, tilt_rate=10.0, tilt_limit=0.05, tolerance=1e-3, hold=5, dt=0.1):
+    regulator = PlateRegulator(ball, tilt_rate, dt)
+    return TiltTransfer(regulator, tilt_limit, tolerance, hold, n_substeps=2)
+
+
+def test_the_first_deadline_that_can_be_met_is_that_of_a_point_mass():
+    """A double integrator: full tilt one way, then the other, and still within the tolerance."""
+    planner, d, a = transfer(SMALL_BALL), 0.8, 9.81 * 0.05 / 1.4
+    start, along_x = np.zeros(9), np.array([d, 0.0])
+    least = least_time(np.array(d - 1e-3), a, 2.0 * np.sqrt(a * 1e-3)) / 0.1
+
+    def error(deadline, point):
+        T = planner.periods(deadline)
+        steps, near = planner.level(T), np.zeros((T, 2))
+        return planner.plan(start, point, deadline, steps, near, np.inf).error
+
+    met = [k for k in range(25, 36) if error(k, along_x) < 1.0]
+    assert least - 0.1 < met[0] < least + 2.0  # the tilt takes a period to turn
+    assert met == list(range(met[0], 36))
+    both = along_x @ np.array([[0.6, -0.8], [0.8, 0.6]])
+    assert error(met[0], both) < 1.0  # a shorter way about each of the axes
+
+
+def test_a_plan_obeys_the_limits_of_the_table_and_moves_as_it_expects():
+    ball = DynamicBall()
+    planner, start = transfer(ball, 0.4, 0.1, 0.05, 20), np.zeros(9)
+    start[:4] = 0.3, -0.2, 0.1, 0.2
+    T = planner.periods(24)
+    steps, near = planner.level(T), np.zeros((T, 2))
+    for _ in range(4):  # linearised along what the last one did
+        plan = planner.plan(start, np.array([-0.4, 0.3]), 24, steps, near, 0.8)
+        x = [start]
+        for rates in plan.rates:
+            x.append(planner.advance(x[-1][None], rates[None])[0])
+        x = np.array(x)
+        steps, near = planner.along(x), plan.rates
+    assert np.abs(plan.rates).max() <= 0.4 + 1e-9
+    assert np.abs(x[1:, 5:7] + 0.05 * plan.rates).max() <= 0.1
+    np.testing.assert_allclose(x, plan.x, atol=1e-4)  # it changes little in the last round
+    assert plan.error < 1.0
+    assert np.linalg.norm(x[24:, :2] - [-0.4, 0.3], axis=1).max() < 0.05
+    np.testing.assert_allclose(x[-1, [2, 3, 5, 6, 7, 8]], 0.0, atol=1e-3)
+
+
+def test_steps_are_linearised_along_a_motion():
+    ball, rng = DynamicBall(), np.random.default_rng(0)
+    planner = transfer(ball)
+    x = [0.1 * rng.normal(size=9)]
+    rates = 0.3 * rng.normal(size=(6, 2))
+    for each in rates:
+        x.append(planner.advance(x[-1][None], each[None])[0])
+    steps = planner.along(np.array(x))
+    np.testing.assert_allclose(
+        np.einsum("tij,tj->ti", steps.F, np.array(x[:-1]))
+        + np.einsum("tij,tj->ti", steps.G, rates)
+        + steps.c,
+        x[1:],
+        atol=1e-12,
+    )
+    off, other = 1e-3 * rng.normal(size=(6, 9)), 1e-3 * rng.normal(size=(6, 2))
+    moved = planner.advance(np.array(x[:-1]) + off, rates + other) - x[1:]
+    expected = np.einsum("tij,tj->ti", steps.F, off) + np.einsum("tij,tj->ti", steps.G, other)
+    np.testing.assert_allclose(moved, expected, atol=1e-5)  # squares of 1e-3
+
+
+def test_planned_tilts_hold_the_ball_sooner_than_the_regulator_does():
+    env_id, n = "RigidEnvs/BallPlate-v0", 2
+    found = evaluate(env_id, of_plans(plan(env_id, [], np.arange(n))), n=n)
+    lqr = evaluate(env_id, "lqr", n=n)
+    assert found.successes.all() and (found.costs < 0.9 * lqr.costs).all()
