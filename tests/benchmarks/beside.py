@@ -82,8 +82,8 @@ def _in_torch(policy):
 
 
 def updates(_):
-    """Updates of trainings on BallPark by its recipe."""
-    recipe = recipe_for("RigidEnvs/BallPark-v0", "ppo", "reduced")
+    """Updates of trainings on BallReorient by its recipe, whose network has tanh."""
+    recipe = recipe_for("RigidEnvs/BallReorient-v0", "ppo", "reduced")
     never = {"eval_every": 10**9, "checkpoint_every": 10**9, "log_dir": tempfile.mkdtemp()}
     forms = {
         "as here": {},
