@@ -23,8 +23,10 @@ from rigid_envs.scores.best import FOLDER, PLANNER, PLANS_FOLDER, Best
 from rigid_envs.scores.evaluation import evaluate, make_rows
 from rigid_envs.scores.policies import (
     PolicyFactory,
+    policy_of,
     recorded,
     reference_controllers,
+    resting,
     untrained_policies,
 )
 from rigid_envs.scores.result import Evaluation
@@ -197,6 +199,56 @@ def trained(env_id: str, n: int = N_STARTS) -> list[Evaluation]:
     return [evaluate(env_id, load(env_id), n=n)] if own else []
 
 
+# Policies that rest for a time: where free motion does much by itself, less action is enough.
+
+_N_TRIALS = 100  # of each policy
+_WINDOW = 0.4  # longest time of the limit for which a policy acts before it rests
+_VARIED = (-6.2, -1.2)  # log of the standard deviation of a change of these times, of the limit
+
+
+def players(env_id: str) -> list[tuple[PolicyFactory, Mapping[str, Any]]]:
+    """The reference controllers and the published policy of an id, and settings of each."""
+    known = untrained_policies(env_id)
+    able: list[tuple[PolicyFactory, Mapping[str, Any]]]
+    able = [(known[name], {}) for name in reference_controllers(env_id)]
+    if env_id.rpartition("/")[2] in published():
+        policy = load(env_id)
+        able.append((policy_of(env_id, policy), policy.env_kwargs))
+    return able
+
+
+def rested(found: Found, policy: PolicyFactory, config: Mapping[str, Any], n_trials: int) -> Found:
+    """What is best of these and of a policy that acts in some time of an episode alone.
+
+    It acts for a window of time, rests, and acts again until the end: three times, drawn at random
+    for each start. From half of the trials on they are those of the best success, and changes of
+    them at random.
+
+    Args:
+        found: What is known.
+        policy: Who acts.
+        config: Settings of the task that it knows.
+        n_trials: How often episodes are played from all starts.
+    """
+    env_id, n = found.best.env_id, len(found.best.costs)
+    limit, rng = ENVIRONMENTS[env_id].max_episode_steps, np.random.default_rng(TEST_SEED)
+    times, costs = np.zeros((n, 3)), np.full(n, np.inf)
+    for trial in range(n_trials):
+        again = rng.random(n)
+        drawn = np.stack([again * rng.random(n), _WINDOW * rng.random(n) ** 3, again], axis=1)
+        size = np.exp(rng.uniform(*_VARIED, (n, 1)))
+        near = np.abs(times + size * rng.normal(size=(n, 3)))
+        new = np.where((np.isinf(costs) | (2 * trial < n_trials))[:, None], drawn, near)
+        began, lasts, again = np.round(limit * new.T)
+        t = np.arange(limit)[:, None]
+        acts = ((t >= began) & (t < began + lasts)) | (t >= again)
+        made = evaluate(env_id, resting(policy, acts), n=n, config=config)
+        better = made.successes & (made.costs < costs)
+        times[better], costs[better] = new[better], made.costs[better]
+        found = found.and_of(made)
+    return found
+
+
 # Planner of the starts of the evaluation set: how each id is planned.
 
 _BLOCK = 50  # starts that are planned together, and kept before the next ones
@@ -263,6 +315,10 @@ def search(found: Found, firsts: Sequence[Singles]) -> Iterator[Found]:
         ConfigError: The id is not planned.
     """
     env_id, n = found.best.env_id, len(found.best.costs)
+    if metrics_of(env_id)[0].name == "effort":  # much happens by itself
+        for policy, config in players(env_id):
+            found = rested(found, policy, config, _N_TRIALS)
+            yield found
     for k in range(0, n, _BLOCK):
         rows = np.arange(k, min(k + _BLOCK, n))
         made = plan(env_id, (found.actions, *firsts), rows)

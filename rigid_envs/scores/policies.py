@@ -459,13 +459,39 @@ def recorded(actions: npt.NDArray[Any], name: str = "recorded") -> PolicyFactory
         kind = rows.single_action_space.dtype
 
         def act(_: starts.Observations) -> npt.NDArray[Any]:
-            elapsed = rows.get_state()["clock"][:, CLOCK.elapsed].astype(np.int64)
-            step = np.minimum(elapsed, len(given) - 1)
+            step = _steps(rows, len(given))
             return np.asarray(given[step, np.arange(rows.num_envs)], dtype=kind)
 
         return act
 
     return PolicyFactory(make, name)
+
+
+def resting(policy: PolicyFactory, acts: npt.NDArray[np.bool_]) -> PolicyFactory:
+    """A policy that acts at some times alone, and takes the action 0 else.
+
+    Args:
+        policy: The policy.
+        acts: Whether it acts in each step of a row, shape (T, n).
+    """
+
+    def make(envs: Any) -> starts.ActionFunction:
+        rows, act = _native(envs, policy.name), policy(envs)
+
+        def acting(seen: starts.Observations) -> npt.NDArray[Any]:
+            on = acts[_steps(rows, len(acts)), np.arange(rows.num_envs)]
+            actions = act(seen)
+            return np.where(on.reshape(-1, *[1] * (actions.ndim - 1)), actions, 0)
+
+        return acting
+
+    return PolicyFactory(make, policy.name)
+
+
+def _steps(rows: RigidVectorEnv, limit: int) -> npt.NDArray[np.int64]:
+    """Number of the step that each row is about to make, below a limit."""
+    elapsed = rows.get_state()["clock"][:, CLOCK.elapsed].astype(np.int64)
+    return np.minimum(elapsed, limit - 1)
 
 
 def uniform(seed: int = starts.TEST_SEED) -> PolicyFactory:

@@ -152,11 +152,13 @@ def _ours(task: str, max_episode_steps: int, metrics: str, **more: Any) -> None:
     add(EnvironmentRecord(env_id, place, max_episode_steps, _FAMILIES[system], **more))
 
 
-def _variant(name: str, original: str) -> None:
-    """Add an environment that has another task class than the original and nothing else."""
+def _variant(name: str, original: str, without: str = "") -> None:
+    """Add an environment that has another task class than the original, and lacks a controller."""
     record = ENVIRONMENTS[f"RigidEnvs/{original}-v0"]
     room = record.task.partition(":")[0]
-    add(replace(record, id=f"RigidEnvs/{name}-v0", task=f"{room}:{name}"))
+    controllers = {key: code for key, code in record.controllers.items() if key != without}
+    changes: dict[str, Any] = {"task": f"{room}:{name}", "controllers": controllers}
+    add(replace(record, id=f"RigidEnvs/{name}-v0", **changes))
 
 
 _ours(
@@ -165,20 +167,23 @@ _ours(
     "effort success return time error",
     error=_SPIN,
     controllers={
+        "transfer": "polhode_transfer",
         "minimum_fuel": "minimum_fuel",
         "lqr": "spin_regulator",
         "energy_casimir": "energy_casimir",
     },
+    limits={"effort": "SPIN_EFFORT"},
     predictive="held_spin",
     conditions="SPINNING",
 )
-_variant("IntermediateAxisRandom", "IntermediateAxis")
+_variant("IntermediateAxisRandom", "IntermediateAxis", without="transfer")  # it knows the middle
 _ours(
     "free_body:IntermediateAxisSingle",
     300,
     "effort success return time error",
     error=ErrorTerm("axis", 10.0, "angle of the spin from e2 [rad]"),
     controllers={"energy_casimir": "single_torque"},
+    limits={"effort": "AXIS_EFFORT"},
     decoder="intermediate_axis",
     conditions="ALIGNED",
 )
@@ -187,7 +192,8 @@ _ours(
     600,
     "effort success return time error",
     error=_SPIN,
-    controllers={"separatrix": "separatrix_steering"},
+    controllers={"transfer": "weak_transfer", "separatrix": "separatrix_steering"},
+    limits={"effort": "SPIN_EFFORT"},
     decoder="intermediate_axis",
     conditions="SPINNING",
 )
@@ -195,7 +201,12 @@ _ours(
     "free_body:AxisFlip",
     250,
     "effort success return",
-    controllers={"timed": "timed_flip", "brute_force": "forced_flip"},
+    controllers={
+        "transfer": "timed_transfer",
+        "timed": "timed_flip",
+        "brute_force": "forced_flip",
+    },
+    limits={"effort": "SPIN_EFFORT"},
     conditions="FLIPPED",
 )
 _ours(

@@ -38,6 +38,22 @@ class Counted:
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+def test_a_policy_that_rests_acts_at_its_times_alone_in_every_episode(mode):
+    envs = rows(2, mode)
+    acts = np.array([[True, False], [False, True], [True, True]])
+    policy = policies.from_function(lambda seen: np.full((len(seen), 2), 0.5, np.float32))
+    act = policies.resting(policy, acts)(envs)
+    seen, _ = envs.reset(seed=0)
+    given = []
+    for _ in range(9):
+        given.append(act(seen)[:, 0])
+        seen = envs.step(given[-1][:, None].repeat(2, axis=1))[0]
+    gap = [] if mode == "SameStep" else [given[7]]  # the step that resets
+    expected = [*(0.5 * acts), *[[0.5, 0.5]] * 4, *gap, *(0.5 * acts)]
+    np.testing.assert_array_equal(given, expected[:9])
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_entries_are_due_one_after_the_other_and_the_last_one_stays(mode):
     envs, n = rows(4, mode), 4
     script = policies.Script(Counted(n))

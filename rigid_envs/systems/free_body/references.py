@@ -26,6 +26,13 @@ from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxi
 from rigid_envs.systems.free_body.tasks.intermediate_axis_single import IntermediateAxisSingle
 from rigid_envs.systems.free_body.tasks.reorient import Reorient
 from rigid_envs.systems.free_body.tasks.spin_capture import SpinCapture
+from rigid_envs.systems.free_body.transfer import (
+    PolhodeTransfer,
+    TimedTransfer,
+    intermediate_share,
+    polhode_point,
+    rays,
+)
 from rigid_envs.tasks.core import Core
 
 # Theoretical limits of metrics: optima and bounds from each start, in closed form.
@@ -71,6 +78,56 @@ def _riccati(envs: RigidVectorEnv) -> Array:
     return _momentum_regulator(task).riccati * _momentum(envs) ** 2
 
 
+def _spin_impulse(envs: RigidVectorEnv) -> Array:
+    """Distance in the plane of `polhode_point` from a rectangle that holds all goals [N m s].
+
+    With the tolerated rate r, of spins within r of Omega e2 (or -e2): along the ray the coordinate
+    is from ``|L2|`` to ``|L|``, and across it ``s = (q1^2 (1 - a) - q3^2 a) / (q1 sqrt(1 - a) + q3
+    sqrt(a))``, where the numerator is ``(1 - a) L1^2 - a L3^2`` and the denominator at least ``2
+    sqrt(a (1 - a)) |L2|``.
+    """
+    task: Any = envs.task
+    moments = np.stack([_rows(envs, name) for name in ("I1", "I2", "I3")], axis=-1)
+    rate, r = task.spin_rate, task.tolerance * task.spin_rate
+    frame, squares = rays(moments), moments**2
+    place = (frame @ polhode_point(moments, moments * envs.y[:, 4:7])[..., None])[..., 0]
+    least = moments[:, 1] * (rate - r)
+    # |L|^2 over the sphere of errors is largest in the plane of e2 and e3
+    error = np.minimum(squares[:, 1] * rate / (squares[:, 2] - squares[:, 1]), r)
+    most = np.sqrt(squares[:, 1] * (rate + error) ** 2 + squares[:, 2] * (r**2 - error**2))
+    first, third = frame[:, 0, 0], frame[:, 0, 1]
+    width = 2.0 * first * third * least
+    low = -((first * moments[:, 2] * r) ** 2) / width
+    high = (third * moments[:, 0] * r) ** 2 / width
+    along = place[:, 0] - np.clip(place[:, 0], least, most)
+    return np.asarray(np.hypot(along, place[:, 1] - np.clip(place[:, 1], low, high)))
+
+
+def _axis_impulse(envs: RigidVectorEnv) -> Array:
+    """Least change of q3 of `polhode_point` by torque about e3, which keeps q1 [N m s].
+
+    It moves q3 by no more than the impulse. Spins within the angle of e2 have ``|omega1|`` and
+    ``|omega3|`` up to omega2 times its tangent, so q3 / q1 from one to the other of
+
+        sqrt((1 - a) / (I1^2 tan^2 / I2^2 + a)),   sqrt((I3^2 tan^2 / I2^2 + 1 - a) / a).
+    """
+    task: Any = envs.task
+    moments = np.stack([_rows(envs, name) for name in ("I1", "I2", "I3")], axis=-1)
+    q1, q3 = polhode_point(moments, moments * envs.y[:, 4:7]).T
+    a, tangent = intermediate_share(moments), np.tan(task.tolerance)
+    off = (moments * tangent / moments[:, 1:2]) ** 2
+    least = np.sqrt((1.0 - a) / (off[:, 0] + a)) * q1
+    return np.asarray(np.abs(q3 - np.clip(q3, least, np.sqrt((off[:, 2] + 1.0 - a) / a) * q1)))
+
+
+SPIN_EFFORT = TheoreticalLimit(
+    "bound",
+    "the distance of the polhodes in the plane of angular momentum in which it is the impulse",
+    _spin_impulse,
+)
+AXIS_EFFORT = TheoreticalLimit(
+    "bound", "the change of the polhode that torque about $e3$ has to bring", _axis_impulse
+)
 DETUMBLE_LOSS = TheoreticalLimit("exact", "the root of the scalar Riccati equation", _riccati)
 DETUMBLE_TIME = TheoreticalLimit("exact", "$|L|$ over the largest impulse, rounded up", _impulses)
 REORIENT_TIME = TheoreticalLimit(
@@ -95,6 +152,15 @@ def minimum_fuel(task: IntermediateAxis) -> Controller:
     return feedback(law)
 
 
+def polhode_transfer(task: IntermediateAxis) -> Controller:
+    """Least impulses to 0.97 of the tolerance, with free flights between them."""
+    return feedback(
+        PolhodeTransfer(
+            system_of(task), task.spin_rate, task.torque, task.dt, tolerance=0.97 * task.tolerance
+        )
+    )
+
+
 def spin_regulator(task: IntermediateAxis) -> Controller:
     """Linear-quadratic regulator of the spin."""
     return feedback(
@@ -116,6 +182,24 @@ def single_torque(
     )
 
 
+def weak_transfer(task: SpinCapture) -> Controller:
+    """The same by weak torque, which has to be used for longer around the best places."""
+    first, second, third = (torque > 0.0 for torque in task.torques())
+    return feedback(
+        PolhodeTransfer(
+            system_of(task),
+            task.spin_rate,
+            task.torque,
+            task.dt,
+            tolerance=0.97 * task.tolerance,
+            efficiency=0.8,
+            clearance=0.01,
+            reach=0.1,
+            axes=(first, second, third),
+        )
+    )
+
+
 def separatrix_steering(task: SpinCapture) -> Controller:
     """Steering onto the separatrix that leads to e2, and a regulator there."""
     first, second, third = (torque > 0.0 for torque in task.torques())
@@ -123,6 +207,19 @@ def separatrix_steering(task: SpinCapture) -> Controller:
         system_of(task), task.spin_rate, task.torque, task.dt, axes=(first, second, third)
     )
     return feedback(steering)
+
+
+def timed_transfer(task: AxisFlip) -> Controller:
+    """The flip by itself, in time, after the least impulses; 0.65 and 0.8 of the tolerance."""
+    law = TimedTransfer(
+        system_of(task),
+        task.spin_rate,
+        task.torque,
+        task.dt,
+        tolerance=0.8 * task.tolerance,
+        margin=0.65 * task.tolerance,
+    )
+    return feedback(law, "time_left")
 
 
 def timed_flip(task: AxisFlip) -> Controller:

@@ -227,11 +227,16 @@ class AxisFlip(shared.PerturbedSpinTask):
         below `tolerance` from the commanded time on, in every step up to this one.
 
     Reference:
-        `timed` tracks the free motion that flips at the commanded time, $tau = -1.5 Omega I (omega
-        - omega_free)$, where $omega_free$ lies on the separatrix ($tanh$ and $cosh$ of the
-        time left). `brute_force` reverses the spin at once, $tau = -4 Omega I (omega + Omega e2)$.
+        `transfer` leads to the separatrix by impulses where the free motion makes them do most, and
+        pushes at once only if the flip would be late: see
+        `rigid_envs.systems.free_body.transfer.TimedTransfer`. `timed` tracks the free motion that
+        flips at the commanded time, $tau = -1.5 Omega I (omega - omega_free)$, where $omega_free$
+        lies on the separatrix ($tanh$ and $cosh$ of the time left). `brute_force` reverses the spin
+        at once, $tau = -4 Omega I (omega + Omega e2)$.
 
-        Exact: torque about $e2$ alone, from exact spin, costs $2 L = 2 I2 Omega$.
+        Exact: torque about $e2$ alone, from exact spin, costs $2 L = 2 I2 Omega$. No torque needs
+        less than the distance of the start from the goal in the plane of
+        `rigid_envs.systems.free_body.transfer.polhode_point`.
 
     Source:
         Landau & Lifshitz, *Mechanics*, section 37; Van Damme, Mardesic & Sugny 2017,

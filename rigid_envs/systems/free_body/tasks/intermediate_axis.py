@@ -180,16 +180,21 @@ class IntermediateAxis(shared.PerturbedSpinTask):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        `minimum_fuel` brings the spin within 0.97 of the tolerance at the least torque impulse, by
-        Pontryagin's principle: it cancels $d$, corrects the rate in the same control periods, and
-        leaves the decaying mode $omega1 + r omega3$ alone. It stays at the edge of the tolerance:
-        its return is less than that of others. `lqr` is the linear-quadratic regulator of the exact
-        linearisation, $tau = -K (omega - Omega e2)$, with the default weights of
-        `rigid_envs.systems.free_body.controllers.SpinRegulator`.
+        `transfer` lets the body turn over and back, and gives its impulses where the free motion
+        makes them do most: see `rigid_envs.systems.free_body.transfer.PolhodeTransfer`.
+        `minimum_fuel` keeps the spin beside $e2$ all the time: it brings it within 0.97 of the
+        tolerance at the least torque impulse, by Pontryagin's principle. It cancels $d$, corrects
+        the rate in the same control periods, and leaves the decaying mode $omega1 + r omega3$
+        alone. `lqr` is the linear-quadratic regulator of the exact linearisation, $tau = -K (omega
+        - Omega e2)$, with the default weights of
+        `rigid_envs.systems.free_body.controllers.SpinRegulator`. Its return is the largest: the
+        others stay at the edge of the tolerance, and `transfer` is away from $e2$ for a time.
         `energy_casimir` is energy-Casimir feedback, $tau = -(k1 omega1, k2 (omega2 - Omega), k3
         omega3 - eps omega1 omega2)$ with $eps = 3 (I2 - I1)$ and $k_j = 5/3 I_j Omega$.
 
-        Spin exactly at $e2$ needs no torque: the cost is due to the initial perturbation.
+        Spin exactly at $e2$ needs no torque: the cost is due to the initial perturbation. No torque
+        needs less than the distance of the start from the goal in the plane of
+        `rigid_envs.systems.free_body.transfer.polhode_point`.
 
     Source:
         Landau & Lifshitz, *Mechanics*, section 37; Bloch & Marsden 1990,

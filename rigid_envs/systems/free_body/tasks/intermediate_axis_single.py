@@ -84,7 +84,9 @@ class IntermediateAxisSingle(PerturbedSpinTask):
         `energy_casimir` is energy-Casimir feedback, $tau3 = eps omega1 omega2 - k omega3$ with $eps
         = 3 (I2 - I1)$ and $k = 5/3 I3 Omega$.
 
-        Threshold: $eps = I2 - I1$.
+        Threshold: $eps = I2 - I1$. Torque about $e3$ moves one of the two numbers that free motion
+        keeps, so no torque needs less than the change of that one: see
+        `rigid_envs.systems.free_body.transfer.polhode_point`.
 
     Source:
         Bloch & Marsden 1990, doi:10.1016/0167-6911(90)90055-Y.

@@ -192,6 +192,9 @@ class SpinCapture(shared.SpinTask):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
+        `transfer` gives impulses where the free motion makes them do most, until energy and
+        momentum are right, and catches the spin: see
+        `rigid_envs.systems.free_body.transfer.PolhodeTransfer`.
         `separatrix` steers onto the separatrix, by torque along the negative gradient of $(p^2 +
         E^2) / 2$, where $E = (omega2^2 + b (d^2 + s^2)) / Omega^2 - 1$ is the excess of the rate at
         which the motion would arrive and $p = d s / Omega^2$ with $d, s = omega1 -+ sqrt(I3 (I3 -
