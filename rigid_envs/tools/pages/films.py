@@ -74,10 +74,10 @@ def _still(x: float, y: float, distance: float) -> Mapping[str, Any]:
 
 _FREE, _TRAINED, _THREE = ("zero", "reference"), ("trained", "reference"), ("reference",) * 3
 _SHOTS = {
-    "IntermediateAxis": Shot(_FREE, (0, 0), 14.0),
+    "IntermediateAxis": Shot(("zero", "minimum_fuel"), (0, 0), 14.0),
     "IntermediateAxisRandom": Shot(_THREE, (0, 2, 10), 5.0, {"distance": 8.6}),
     "IntermediateAxisSingle": Shot(_FREE, (0, 0), 5.0),
-    "SpinCapture": Shot(_FREE, (0, 0), 26.0),
+    "SpinCapture": Shot(("zero", "separatrix"), (0, 0), 26.0),
     "AxisFlip": Shot(_FREE, (0, 0), 21.0),
     "Detumble": Shot(_FREE, (0, 0), 3.0),
     "Reorient": Shot(_TRAINED, (2, 2), 8.0),
