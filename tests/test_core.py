@@ -220,11 +220,11 @@ def test_threads_that_fall_asleep_wake_up():
 
 
 def test_shares_run_side_by_side():
-    workers = team(n_blocks=3, step=meet)
+    workers = team(n_blocks=2, n_threads=2, step=meet)  # two processors may not run three
 
     def all_met():
         workers._buffer[:] = 0.0
-        return stepped(workers) == 3
+        return stepped(workers) == 2
 
     assert waited_for(all_met)  # threads that come late are not waited for
 

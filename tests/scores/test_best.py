@@ -313,14 +313,14 @@ def test_the_command_plans_and_says_who_found_it(tmp_path, monkeypatch, capsys):
 
 
 def test_a_policy_that_rests_for_a_time_turns_over_freely_and_needs_less():
-    known = finding.nothing(AXIS, 20)
+    known = finding.nothing(AXIS, 10)
     (policy,) = [each for each, _ in finding.players(AXIS) if each.name == "minimum_fuel"]
-    found = finding.rested(known, policy, {}, 24)
-    always = evaluate(AXIS, "minimum_fuel", n=20)
-    least = proof.bounds_of(AXIS, 20, always.seed, {})
+    found = finding.rested(known, policy, {}, 16)
+    always = evaluate(AXIS, "minimum_fuel", n=10)
+    least = proof.bounds_of(AXIS, 10, always.seed, {})
     assert always.successes.all() and np.isfinite(found.best.costs).all()
     assert (least < found.best.costs).all() and found.best.costs.mean() < 0.8 * always.costs.mean()
-    again = evaluate(AXIS, finding.of_plans(found.actions), n=20)
+    again = evaluate(AXIS, finding.of_plans(found.actions), n=10)
     np.testing.assert_array_equal(again.costs, found.best.costs)
 
 
