@@ -5,7 +5,7 @@ import pytest
 
 from rigid_envs.systems.roller.closed_forms import valley
 from rigid_envs.systems.roller.controllers import LeastTime, Pump
-from rigid_envs.systems.roller.references import pump
+from rigid_envs.systems.roller.references import ROLL_PUMP_TIME, pump
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from tests.refusals import refuses
@@ -211,3 +211,13 @@ def test_masses_moved_at_once_keep_the_momentum_about_the_contact():
         ratio = 1.4 + 0.3 * (1.0 + np.float32(action))
         # the bottom is left by 2e-4 m a step, where gravity changes it by g kappa s dt
         np.testing.assert_allclose(ratio * envs.y[:, 1], before, atol=3 * 3 * 2e-4 * 1.96e-4)
+
+
+def test_a_single_row_whose_gravity_is_drawn_has_the_bound_of_its_own():
+    """Not that of the middle of the range."""
+    config = {"g": (5.0, 15.0)}
+    for seed in range(4):
+        envs = rows("roller.tasks.roll_pump:RollPump", 1, **config)
+        envs.reset(seed=seed)
+        expected = envs.task.lower_bound(envs.y)
+        np.testing.assert_array_equal(ROLL_PUMP_TIME.values(envs), expected)
