@@ -31,7 +31,7 @@ from rigid_envs.scores.policies import (
 )
 from rigid_envs.scores.result import Evaluation
 from rigid_envs.scores.starts import N_STARTS, TEST_SEED, metrics_of, row_seeds
-from rigid_envs.scores.trained import load, published
+from rigid_envs.scores.trained import CompiledPolicy, load, published
 from rigid_envs.tasks import registry
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
@@ -195,8 +195,12 @@ def trained(env_id: str, n: int = N_STARTS) -> list[Evaluation]:
         env_id: Gymnasium's id.
         n: Number of starts.
     """
-    own = env_id.rpartition("/")[2] in published()
-    return [evaluate(env_id, load(env_id), n=n)] if own else []
+    return [evaluate(env_id, policy, n=n) for policy in _published(env_id)]
+
+
+def _published(env_id: str) -> list[CompiledPolicy]:
+    """The published policy of an id; nothing where there is none."""
+    return [load(env_id)] if env_id.rpartition("/")[2] in published() else []
 
 
 # Policies that rest for a time: where free motion does much by itself, less action is enough.
@@ -209,12 +213,8 @@ _VARIED = (-6.2, -1.2)  # log of the standard deviation of a change of these tim
 def players(env_id: str) -> list[tuple[PolicyFactory, Mapping[str, Any]]]:
     """The reference controllers and the published policy of an id, and settings of each."""
     known = untrained_policies(env_id)
-    able: list[tuple[PolicyFactory, Mapping[str, Any]]]
-    able = [(known[name], {}) for name in reference_controllers(env_id)]
-    if env_id.rpartition("/")[2] in published():
-        policy = load(env_id)
-        able.append((policy_of(env_id, policy), policy.env_kwargs))
-    return able
+    trained = [(policy_of(env_id, each), each.env_kwargs) for each in _published(env_id)]
+    return [*((known[name], {}) for name in reference_controllers(env_id)), *trained]
 
 
 def rested(found: Found, policy: PolicyFactory, config: Mapping[str, Any], n_trials: int) -> Found:

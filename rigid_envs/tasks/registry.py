@@ -157,8 +157,8 @@ def _variant(name: str, original: str, without: str = "") -> None:
     record = ENVIRONMENTS[f"RigidEnvs/{original}-v0"]
     room = record.task.partition(":")[0]
     controllers = {key: code for key, code in record.controllers.items() if key != without}
-    changes: dict[str, Any] = {"task": f"{room}:{name}", "controllers": controllers}
-    add(replace(record, id=f"RigidEnvs/{name}-v0", **changes))
+    task = f"{room}:{name}"
+    add(replace(record, id=f"RigidEnvs/{name}-v0", task=task, controllers=controllers))
 
 
 _ours(

@@ -281,8 +281,7 @@ class Model:
 
     def part(self, rows: Integers) -> Model:
         """A model of some of the rows."""
-        state = {key: each[rows] for key, each in self._state.items()}
-        part = Model(self.task, state, self.n_steps, self.counts)
+        part = self.ending(rows, self.n_steps)
         part.first, part.weights = self.first[rows], self.weights[rows]
         return part
 

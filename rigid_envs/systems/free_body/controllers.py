@@ -28,10 +28,36 @@ class Saddle(Shape):
         side = self.ratio * omega[..., 2]
         return omega[..., 0] - side, omega[..., 0] + side
 
+    def flip(self, margin: float, phase: checks.Array) -> tuple[checks.Array, checks.Array]:
+        """Phase and abs(d) / Omega on the free flip that ends `margin` away from -e2 at phase 0.
+
+        Args:
+            margin: norm(omega + Omega e2) / Omega.
+            phase: growth Omega times the time that is left; the phase that is returned is reckoned
+                from the middle of the flip, where it is 0.
+        """
+        most = 1.0 / math.sqrt(self.share)
+        last = 2.0 * margin / math.hypot(1.0, 1.0 / self.ratio)  # omega1 = d / 2 = -ratio omega3
+        phase = phase - math.acosh(most / last)
+        return phase, np.asarray(most / np.cosh(phase))
+
 
 def saddle(moments: npt.ArrayLike) -> Saddle:
     """The saddle of a body with principal moments I1 < I2 < I3 [kg m^2]."""
     return Saddle(*saddle_shape(*np.asarray(moments, dtype=np.float64).tolist()))
+
+
+_SLOWEST = 0.1  # of Omega: the growth of d is reckoned with at least this omega2
+
+
+def check_actuators(axes: tuple[bool, bool, bool]) -> None:
+    """Refuse body axes by which a spin cannot be led to e2.
+
+    Raises:
+        ValueError: neither e1 nor e3 has an actuator.
+    """
+    expected = "an actuator about e1 or e3: torque about e2 alone keeps 2 T I2 - L^2"
+    checks.require(axes[0] or axes[2], axes, "axes", expected)
 
 
 @dataclass(frozen=True)
@@ -73,6 +99,16 @@ class SpinController(checks.CheckedFields):
     def saddle(self) -> Saddle:
         """The saddle of the body."""
         return saddle(self.body.moments)
+
+    def _growth(self, omega: checks.Array) -> checks.Array:
+        """Growth rate lambda of d [1/s]."""
+        return np.asarray(self.saddle.growth * np.maximum(omega[..., 1], _SLOWEST * self.rate))
+
+    def _cancelling(self, omega: checks.Array, b: checks.Array, dt: float) -> checks.Array:
+        """Impulses along b, of which one of 1 changes d by b . b, that cancel d within a period."""
+        d, _ = self.saddle.coordinates(omega)
+        grown = self._growth(omega) * dt
+        return np.asarray((d * grown / np.expm1(-grown))[..., None] * b / (b @ b))
 
 
 # Holding the spin by linear feedback.
@@ -129,7 +165,6 @@ class SpinRegulator(SpinController):
 
 # Holding spin about the intermediate axis e2 at the least torque impulse.
 
-_SLOWEST = 0.1  # of Omega: the growth of d is reckoned with at least this omega2
 _HOLDABLE = 0.999  # of the reach: a larger d is taken for this one
 _TINY = 1e-300  # in place of a length of 0 that divides 0
 
@@ -202,9 +237,7 @@ class MinimumFuelSpin(SpinController):
     def impulses(self, y: npt.ArrayLike) -> tuple[checks.Array, checks.Array]:
         """J_d and J_e [N m s] of states y, shape (..., 7), without limits; shapes (..., 3)."""
         omega, b = self.omega(y), self._pull
-        d, _ = self.saddle.coordinates(omega)
-        grown = self._growth(omega) * self.dt
-        cancel = (d * grown / np.expm1(-grown))[..., None] * b / (b @ b)
+        cancel = self._cancelling(omega, b, self.dt)
         error, slope = self._error_left(omega + cancel / self.body.moments)
         slope -= (slope @ b)[..., None] * b / (b @ b)
         excess = np.maximum(error - self.tolerance * self.rate, 0.0)
@@ -230,10 +263,6 @@ class MinimumFuelSpin(SpinController):
         reach = self.torque * np.sum(np.abs(self._pull)) / growth
         left = 1.0 - np.minimum(np.abs(d) / reach, _HOLDABLE)
         return np.asarray(np.maximum(np.exp(-growth * self.dt) / left, 1.0))
-
-    def _growth(self, omega: checks.Array) -> checks.Array:
-        """Growth rate lambda of d [1/s]."""
-        return np.asarray(self.saddle.growth * np.maximum(omega[..., 1], _SLOWEST * self.rate))
 
     @property
     def _pull(self) -> checks.Array:
@@ -308,8 +337,7 @@ class SeparatrixSteering(SpinController):
     def __post_init__(self) -> None:
         """Check the numbers and the actuators too."""
         super().__post_init__()
-        expected = "an actuator about e1 or e3: torque about e2 alone keeps 2 T I2 - L^2"
-        checks.require(self.axes[0] or self.axes[2], self.axes, "axes", expected)
+        check_actuators(self.axes)
 
     def __call__(self, y: npt.ArrayLike) -> checks.Array:
         """Actions, torques over the largest, shape (..., 3), of states y, shape (..., 7).
@@ -659,13 +687,11 @@ class TimedFlip(SpinController):
         """The free motion f to join [rad/s], shape (..., 3); arguments as of a call."""
         r, growth, share = self.saddle
         d, _ = self.saddle.coordinates(self.omega(y) / self.rate)
-        most = 1.0 / math.sqrt(share)
-        last = 2.0 * self.margin / math.hypot(1.0, 1.0 / r)  # d there: omega1 = d / 2 = -r omega3
         left = checks.array(time_left, "time_left")
-        phase = growth * self.rate * np.maximum(left, 0.0) - math.acosh(most / last)
+        phase, free = self.saddle.flip(self.margin, growth * self.rate * np.maximum(left, 0.0))
         before = left > 0.0
-        d_free = np.where(before, np.copysign(most / np.cosh(phase), d), d)
-        late = -np.sqrt(np.maximum(1.0 - (d / most) ** 2, 0.0))
+        d_free = np.where(before, np.copysign(free, d), d)
+        late = -np.sqrt(np.maximum(1.0 - (d * math.sqrt(share)) ** 2, 0.0))
         w2_free = np.where(before, np.tanh(phase), late)
         return self.rate * np.stack([0.5 * d_free, w2_free, -0.5 * d_free / r], axis=-1)
 

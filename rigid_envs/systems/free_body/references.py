@@ -38,6 +38,11 @@ from rigid_envs.tasks.core import Core
 # Theoretical limits of metrics: optima and bounds from each start, in closed form.
 
 
+def _moments(envs: RigidVectorEnv) -> Array:
+    """Principal moments of every row, shape (N, 3) [kg m^2]."""
+    return np.stack([_rows(envs, name) for name in ("I1", "I2", "I3")], axis=-1)
+
+
 def _turn(envs: RigidVectorEnv) -> Array:
     """Least time [s] of a turn from rest to within tolerance of the goal.
 
@@ -45,7 +50,7 @@ def _turn(envs: RigidVectorEnv) -> Array:
     the end it is sqrt(I_max / I_min) times the tolerated rate at most.
     """
     task: Any = envs.task
-    moments = np.stack([_rows(envs, name) for name in ("I1", "I2", "I3")])
+    moments = _moments(envs).T
     angle = (
         rotations.distance(envs.y[:, :4], envs.auxiliary(*task.aux_names)) - task.angle_tolerance
     )
@@ -87,7 +92,7 @@ def _spin_impulse(envs: RigidVectorEnv) -> Array:
     sqrt(a (1 - a)) |L2|``.
     """
     task: Any = envs.task
-    moments = np.stack([_rows(envs, name) for name in ("I1", "I2", "I3")], axis=-1)
+    moments = _moments(envs)
     rate, r = task.spin_rate, task.tolerance * task.spin_rate
     frame, squares = rays(moments), moments**2
     place = (frame @ polhode_point(moments, moments * envs.y[:, 4:7])[..., None])[..., 0]
@@ -112,7 +117,7 @@ def _axis_impulse(envs: RigidVectorEnv) -> Array:
         sqrt((1 - a) / (I1^2 tan^2 / I2^2 + a)),   sqrt((I3^2 tan^2 / I2^2 + 1 - a) / a).
     """
     task: Any = envs.task
-    moments = np.stack([_rows(envs, name) for name in ("I1", "I2", "I3")], axis=-1)
+    moments = _moments(envs)
     q1, q3 = polhode_point(moments, moments * envs.y[:, 4:7]).T
     a, tangent = intermediate_share(moments), np.tan(task.tolerance)
     off = (moments * tangent / moments[:, 1:2]) ** 2

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base import checks
-from rigid_envs.systems.free_body.controllers import SpinController
+from rigid_envs.systems.free_body.controllers import SpinController, check_actuators
 
 # What free motion keeps, as a point in a plane in which distances are impulses.
 
@@ -54,7 +54,6 @@ def rays(moments: npt.ArrayLike) -> checks.Array:
 
 # Controllers that change the polhode where an impulse does most.
 
-_SLOWEST = 0.1  # of Omega: the growth of d is reckoned with at least this omega2
 _STUCK = 0.02  # of Omega: an s so small at -e2 that the motion would hardly leave
 _TINY = 1e-300  # in place of a length of 0 that divides 0
 
@@ -105,8 +104,7 @@ class Transfer(SpinController):
     def __post_init__(self) -> None:
         """Check the numbers and the actuators too."""
         super().__post_init__()
-        expected = "an actuator about e1 or e3: torque about e2 alone keeps 2 T I2 - L^2"
-        checks.require(self.axes[0] or self.axes[2], self.axes, "axes", expected)
+        check_actuators(self.axes)
 
     def distance(self, y: npt.ArrayLike) -> checks.Array:
         """Distance from the goal of the polhodes of states y, shape (..., 7); (...) [N m s]."""
@@ -158,13 +156,8 @@ class Transfer(SpinController):
 
     def _catch(self, omega: checks.Array) -> checks.Array:
         """Impulses that cancel d within a period and bring the rate within the tolerance."""
-        moments = self.body.moments
-        d, _ = self.saddle.coordinates(omega)
-        b = np.array([1.0, 0.0, -self.saddle.ratio]) / moments * self.axes
-        rate = np.maximum(omega[..., 1], _SLOWEST * self.rate)
-        grown = self.saddle.growth * rate * self.dt
-        cancel = (d * grown / np.expm1(-grown))[..., None] * b / (b @ b)
-        return np.asarray(cancel + self._to_rate(omega))
+        b = np.array([1.0, 0.0, -self.saddle.ratio]) / self.body.moments * self.axes
+        return self._cancelling(omega, b, self.dt) + self._to_rate(omega)
 
     def _to_rate(self, omega: checks.Array) -> checks.Array:
         """Impulses that bring abs(L), and so the rate at e2, within the tolerance."""
@@ -249,8 +242,6 @@ class TimedTransfer(Transfer):
 
     def _least(self, time_left: checks.Array) -> checks.Array:
         """Least abs(d) that comes in time [rad/s]; 0 from half of the flip on."""
-        r, growth, share = self.saddle
-        most = 1.0 / np.sqrt(share)
-        last = 2.0 * self.margin / np.hypot(1.0, 1.0 / r)  # d there: omega1 = d / 2 = -r omega3
-        phase = growth * self.rate * time_left - np.arccosh(most / last)
-        return np.asarray(np.where(phase > 0.0, self.rate * most / np.cosh(phase), 0.0))
+        left = self.saddle.growth * self.rate * np.maximum(time_left, 0.0)
+        phase, free = self.saddle.flip(self.margin, left)
+        return np.where(phase > 0.0, self.rate * free, 0.0)
