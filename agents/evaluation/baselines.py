@@ -118,7 +118,7 @@ _IMPROVEMENT = """The probability that a training of the first policy ends with 
 than one of the second, averaged over the environments that both have:"""
 _HEADER = (
     *("environment", "policy", "seeds", "success", "95 %", "efficiency", "95 %"),
-    *("cost", "mean", "ratio", "steps", "CPU"),
+    *("cost", "mean", "ratio", "steps", f"CPU to {SOLVED:.0%}", "CPU"),
 )
 
 
@@ -184,6 +184,7 @@ def _rows(groups: Grouped, env_id: str) -> list[tuple[str, ...]]:
             f"{np.mean(costs):.4g}" if costs else "-",
             f"{np.mean(list(map(_ratio, able))):.2f}" if costs else "-",
             _steps(records),
+            _cpu_until_solved(records),
             f"{np.mean([_cpu(record) for record in records]):.0f} s",
         ))  # fmt: skip
     return rows
@@ -208,6 +209,18 @@ def _ratio(found: Evaluation) -> float:
 
 def _cpu(record: Record) -> float:
     return float(record.training["cpu_seconds"])
+
+
+def _cpu_until_solved(records: Sequence[Record]) -> str:
+    """Mean processor time until the first evaluation on held-out starts that counts as solved."""
+    times = []
+    for record in records:
+        pairs = zip(record.curve["timesteps"], record.curve["success_rate"], strict=True)
+        steps = next((steps for steps, rate in pairs if rate >= SOLVED), None)
+        if steps is None:
+            return "-"
+        times.append(_cpu(record) * steps / record.training["timesteps"])
+    return f"{np.mean(times):.0f} s"
 
 
 def _steps(records: Sequence[Record]) -> str:

@@ -150,6 +150,21 @@ def test_means_and_intervals_are_those_of_the_seeds(tmp_path):
     assert cells(lines, "sac", "ppo")[3] == "83 %"  # 0.5 against 0.5, 0.499 and 0.498
 
 
+@pytest.mark.parametrize(("rates", "told"), [((0.5, 0.99, 1.0), "50 s"), ((0.5, 0.9, 0.98), "-")])
+def test_the_time_to_99_is_that_of_the_first_evaluation_from_which_so_many_succeed(
+    tmp_path, rates, told
+):
+    for each in records(2):
+        curve = {"timesteps": [1000, 2000, 4000], "success_rate": [*rates]}
+        training = {**each.training, "timesteps": 4000, "cpu_seconds": 80.0 + 40.0 * each.seed}
+        each = replace(each, training=training, curve={**each.curve, **curve} | {
+            name: [1.0, 1.0, 1.0] for name in ("return_mean", "cost_mean")})  # fmt: skip
+        file = record_file(tmp_path, each.env_id, each.algo, each.frame, each.seed)
+        write_record(file, each)
+    row = cells(markdown(grouped(tmp_path), "figures").splitlines(), "`BallPark`", "ppo")
+    assert row[11:] == [told, "100 s"]
+
+
 def test_one_seed_has_no_interval(tmp_path):
     lines = page(tmp_path, 1)
     row = cells(lines, "`BallPark`", "sac")
