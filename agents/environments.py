@@ -46,7 +46,8 @@ def make(
 
     Args:
         env_id: A registered id; `module:id` only of a module that is imported already.
-        env_kwargs: Hyperparameters of its task, and nothing else that a constructor takes.
+        env_kwargs: Hyperparameters of its task, and `max_episode_steps`; nothing else that a
+            constructor takes.
         num_envs: Number of rows.
         entry: Config entry that a refusal of a hyperparameter names.
 
@@ -83,8 +84,8 @@ def _refuse_others(env_id: str, env_kwargs: Mapping[str, Any]) -> None:
     Raises:
         ConfigError: "config.<key>: ...".
     """
-    if env_id in ENVIRONMENTS:
-        task_of(env_id, env_kwargs)
+    if env_id in ENVIRONMENTS:  # a time limit is one of the environment, not of its task
+        task_of(env_id, {key: env_kwargs[key] for key in env_kwargs if key != "max_episode_steps"})
         return
     registered = gym.registry[env_id].kwargs  # of one of our classes, its task is code
     for key in (*_NO_SETTINGS, *({"task"} & registered.keys())):

@@ -23,6 +23,7 @@ def test_a_reduced_recipe_is_what_its_environment_is_trained_with(path):
     assert values["algo"] == path.stem.rsplit("_", 1)[1]
     assert recipe_for(values["env_id"], values["algo"]) == values
     assert recipe_for(values["env_id"])["env_kwargs"]["frame"] == "reduced"
+    make(values["env_id"], config_from(values).training_kwargs, 1).close()
 
 
 @pytest.mark.parametrize(
