@@ -29,7 +29,7 @@ _ENTRIES = {
     **{"train_kwargs": {}, "cost_price": 0.0, "success_bonus": 0.0, "normalize_reward": False},
     "log_std_init": -1.0,
 }
-_LEFT = 1e-3  # of a reward at the end of a simulated return
+_LEFT = 1e-4  # of a reward at the end of a simulated return
 
 
 def jobs(quick):
@@ -332,17 +332,22 @@ def draw(found):
     curves = curves_of(found)
     figure = new_figure(9.0, 3.2, 110)
     panels = figure.subplots(1, 3)
-    shown = (("bias", "inferred"), ("own", "best"), ("explained", "said"))
-    for axes, names in zip(panels, shown, strict=True):
+    shown = {
+        "bias (dotted: inferred)": ("bias", "inferred"),
+        "rank, own return (dotted: optimum)": ("own", "best"),
+        "explained (dotted: said)": ("explained", "said"),
+    }
+    for axes, (title, names) in zip(panels, shown.items(), strict=True):
         for number, (env_id, (steps, figures)) in enumerate(curves.items()):
             for name, style in zip(names, ("-", ":"), strict=True):
                 column = figures[:, :, Figures._fields.index(name)].mean(axis=0)
                 label = env_id if style == "-" else None
-                axes.plot(steps, column, style, color=look(number)[0], label=label)
-        axes.set_title(f"{names[0]} (dotted: {names[1]})", loc="left", fontsize=9, color=INK)
-        axes.set_xlabel("steps", color=MUTED)
+                thousands = np.array(steps) / 1000.0
+                axes.plot(thousands, column, style, color=look(number)[0], label=label)
+        axes.set_title(title, loc="left", fontsize=9, color=INK)
+        axes.set_xlabel("thousand steps", color=MUTED)
         dress(axes, "")
+    panels[0].set_yscale("symlog", linthresh=1.0)
     panels[2].set_ylim(-1.0, 1.05)
-    panels[0].set_ylim(-2.0, 2.0)
     panels[1].legend(frameon=False, fontsize=8)
     return figure
