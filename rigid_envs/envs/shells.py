@@ -532,6 +532,17 @@ class RigidVectorEnv(Shown, VectorEnv[Observations, Observations, npt.NDArray[An
         """
         return self._core.auxiliary(*names)
 
+    def in_frame(self, actions: npt.ArrayLike) -> Array:
+        """Actions as they are to be given for actions in the frame of the task, shape (N, m).
+
+        The same in the frame of the world; in the reduced frame turned into it, in every row by its
+        state of now. So a controller that acts in the world can act, or teach, in reduced rows.
+
+        Args:
+            actions: In the frame of the task, within its limits, shape (N, m).
+        """
+        return self._core.in_frame(actions)
+
     def get_state(self) -> dict[str, Array]:
         """Complete state, each part of shape (N, k)."""
         return self._core.get_state()

@@ -433,6 +433,23 @@ class Core:
         """Actions of the last step in the frame of the task, after clipping, noise and delay."""
         return self._columns(self._slots.action, self._slots.results).astype(np.float32)
 
+    def in_frame(self, actions: npt.ArrayLike) -> Array:
+        """Actions as they are to be given for actions in the frame of the task, shape (N, m).
+
+        In the reduced frame the map from given actions to those of the task is orthogonal in every
+        row, ``a = T g``, so ``g = T^T a``. Choices are not turned.
+
+        Args:
+            actions: In the frame of the task, within its limits, shape (N, m).
+        """
+        given, reduction = np.asarray(actions, dtype=np.float64), self.task.reduced
+        if reduction is None or not reduction.Frame._fields:
+            return given
+        first, units = self._slots.frame, np.eye(given.shape[1]).tolist()
+        rows = self._columns(first, first + len(reduction.Frame._fields))
+        T = [[reduction.turn(tuple(e), reduction.Frame(*row)) for e in units] for row in rows]
+        return np.asarray(np.einsum("nji,ni->nj", np.array(T), given))
+
     @property
     def elapsed(self) -> Array:
         """Steps since the last reset, shape (N,)."""

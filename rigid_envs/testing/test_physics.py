@@ -549,3 +549,14 @@ def test_the_reduced_frame_changes_no_motion(env_id, task):
     assert_same_bits(turned.get_state(), given.get_state())
     for a, b in zip(results[1:4], images[1:4], strict=True):
         assert_same_bits(a, b)
+
+
+@in_full(each for each in IDS if each not in DISCRETE)
+def test_an_action_of_the_task_is_found_in_the_reduced_frame(env_id, task):
+    turned, given = under_way(env_id, frame="reduced"), under_way(env_id)
+    given.set_state(turned.get_state())
+    action = 0.5 * actions(env_id, 1, N, seed=5)[0]  # within a disk, where there is one
+    turned.step(turned.in_frame(action).astype(np.float32))
+    given.step(action)
+    np.testing.assert_allclose(turned._core.applied, given._core.applied, rtol=0, atol=1e-6)
+    assert_same_bits(given.in_frame(action), action.astype(np.float64))
