@@ -16,7 +16,7 @@ from rigid_envs.envs.lookup import full_id
 
 _NAME = re.compile(r"[A-Za-z0-9._-]{1,80}")
 _NOT_OF_SB3 = {"action_std", "log_every", "log_std_init", "n_dropped", "n_quantiles",
-               "n_sampled_goal"}  # fmt: skip
+               "n_sampled_goal", "teacher"}  # fmt: skip
 
 
 class Count(settings.Integer):
@@ -87,7 +87,7 @@ class Config(settings.Settings, abc.ABC):
     success_bonus: float = _number(
         0.0, "added to the reward of a step that counts as success, in training", low=0, high=1e6
     )
-    algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "tqc", "dqn")))
+    algo: str = setting("ppo", Choice("learning algorithm", ("ppo", "sac", "tqc", "dqn", "dagger")))
     seed: int = _count(
         0, "seed of weights, exploration and starts; evaluations have their own", 0, 2**63 - 1
     )
@@ -352,11 +352,70 @@ class DQNConfig(OffPolicyConfig):
             raise settings.refusal("target_update_interval", interval, expected)
 
 
+@dataclass(frozen=True, kw_only=True)
+class DAggerConfig(Config):
+    """Dataset aggregation: a law is learnt. Source: Ross, Gordon & Bagnell (2011), arXiv:1011.0686.
+
+    Rewards count only in the choice of the best policy: `cost_price` makes it the cheapest.
+    """
+
+    teacher: str = settings.setting(
+        "reference",
+        settings.Text(
+            "reference controller that teaches, a function of the state; reference: the best",
+            "its name",
+            str.strip,
+        ),
+    )
+    n_envs: int = _count(128, "rows stepped together", 1, 65536)
+    n_steps: int = _count(300, "steps of each row between updates", 1, 10**6)
+    buffer_size: int = _count(
+        2_000_000, "steps that are learnt from, of all rows together", 1, 10**9
+    )
+    batch_size: int = _count(2048, "samples per gradient step", 2, 10**7)
+    gradient_steps: int = _count(500, "gradient steps in an update", 1, 10**6)
+    total_timesteps: int = 400_000
+    learning_rate: float | tuple[float, float] = (2e-3, 1e-4)
+    net_arch: tuple[int, ...] = (128, 128)
+    activation: str = "relu"
+    dead_band: float = _number(
+        0.0,
+        "size below which an action of the network becomes 0; the others are that much nearer "
+        "to 0 (ReLU only)",
+        low=0,
+        high=10,
+    )
+    loss_width: float = _number(
+        0.05, "error up to which the loss is quadratic, and then linear", 0, 100, above=True
+    )
+
+    @property
+    def steps_per_update(self) -> int:
+        """See `Config`."""
+        return self.n_envs * self.n_steps
+
+    def __post_init__(self) -> None:
+        """Check the entries, and those that depend on one another.
+
+        Raises:
+            ConfigError: "config.<key>: <key> = ...; expected ...".
+        """
+        super().__post_init__()
+        if self.buffer_size < self.n_envs:
+            expected = f"at least n_envs = {self.n_envs}"
+            raise settings.refusal("buffer_size", self.buffer_size, expected)
+        if self.dead_band and self.activation != "relu":
+            raise settings.refusal("dead_band", self.dead_band, "0, or activation: relu")
+        if self.normalize_observation:
+            raise settings.refusal("normalize_observation", True, "False: it changes what is kept")
+
+
 ALGORITHMS: dict[str, type[Config]] = {
     "ppo": PPOConfig,
     "sac": SACConfig,
     "tqc": TQCConfig,
     "dqn": DQNConfig,
+    "dagger": DAggerConfig,
 }
 """Class of the config of each algorithm."""
 

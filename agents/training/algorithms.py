@@ -19,8 +19,9 @@ from rigid_envs.sb3.adapter import NonFiniteError
 from rigid_envs.sb3.exporting import ACTIVATIONS, AttitudeExtractor, attitudes
 from rigid_envs.scores.starts import row_seeds
 
-from ..config.entries import Config, OffPolicyConfig, PPOConfig, TQCConfig
+from ..config.entries import Config, DAggerConfig, OffPolicyConfig, PPOConfig, TQCConfig
 from ..environments import part_for
+from .dagger import DAgger, teacher_of
 
 
 class Algorithm(NamedTuple):
@@ -61,6 +62,9 @@ _ALGORITHMS = {
         (*("rollout/exploration_rate", "train/learning_rate", "train/n_updates", "train/loss"),),
         ("_n_calls", "exploration_rate"),
     ),
+    "dagger": Algorithm(
+        DAgger, (spaces.Box,), ("train/learning_rate", "train/n_updates", "train/loss")
+    ),
 }
 _OF_ALL = (
     *("time/total_timesteps", "time/iterations"),
@@ -98,10 +102,12 @@ def check_fit(config: Config, venv: VectorEnv[Any, Any, Any]) -> None:
     if config.goal_turn and part_for(config.env_kwargs, seen) is not None:
         raise refusal("goal_turn", True, "False: networks read no goals in the reduced frame")
     if not isinstance(space, _ALGORITHMS[config.algo].actions):
-        takes = "ppo takes Box and Discrete, sac Box, dqn Discrete"
+        takes = "ppo takes Box and Discrete, sac and dagger Box, dqn Discrete"
         expected = f"an algorithm for {space}, the actions of {config.env_id}: {takes}"
         raise refusal("algo", config.algo, expected)
-    if isinstance(config, OffPolicyConfig):
+    if isinstance(config, DAggerConfig):
+        teacher_of(config)
+    elif isinstance(config, OffPolicyConfig):
         _check_memory(config, venv)
     elif isinstance(config, PPOConfig) and config.action_std and isinstance(space, spaces.Discrete):
         raise refusal("action_std", config.action_std, f"null: {config.env_id} has choices")
@@ -149,6 +155,8 @@ def build_model(config: Config, env: VecEnv) -> Any:
         more |= {"replay_buffer_class": HerReplayBuffer, "replay_buffer_kwargs": told}
     if isinstance(config, TQCConfig):
         more["top_quantiles_to_drop_per_net"] = config.n_dropped
+    if isinstance(config, DAggerConfig):
+        more["teacher"] = teacher_of(config)
     model = _ALGORITHMS[config.algo].model(
         policy="MultiInputPolicy" if several else "MlpPolicy",
         env=env,
@@ -255,6 +263,16 @@ def iterate(model: Any, config: Config, callback: BaseCallback) -> None:
         _iterate_on_policy(model, config, callback)
     elif isinstance(config, OffPolicyConfig):
         _iterate_off_policy(model, config, callback)
+    elif isinstance(config, DAggerConfig):
+        _iterate_taught(model, config)
+
+
+def _iterate_taught(model: DAgger, config: DAggerConfig) -> None:
+    """`n_steps` of every row, then `gradient_steps` of the regression."""
+    rows: Any = model.env
+    model.collect(rows.unwrapped.venv.unwrapped)
+    model._update_current_progress_remaining(model.num_timesteps, config.total_timesteps)
+    model.train()
 
 
 def _iterate_on_policy(model: PPO, config: PPOConfig, callback: BaseCallback) -> None:

@@ -3,7 +3,7 @@
 import copy
 import math
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +25,11 @@ from rigid_envs.scores.starts import N_STARTS, ActionFunction
 from rigid_envs.scores.trained import FOLDER, FORMAT, CompiledPolicy, write_policy
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
-from ..config.entries import PLACES, Config, config_to_dict
+from ..config.entries import PLACES, Config, DAggerConfig, config_to_dict
 from ..evaluation.reports import evaluate
 from ..storage.logs import read_evaluations, read_rows
 from ..storage.runs import Run, manifest
+from .dagger import with_dead_band
 
 # The policy of a model in training: as it is saved, and as it acts.
 
@@ -54,6 +55,18 @@ def stronger(model: Any, gain: float) -> Iterator[None]:
         yield
     finally:
         policy.load_state_dict(before)
+
+
+def as_saved(model: Any, config: Config) -> AbstractContextManager[None]:
+    """While in this context, a model does what its policy is evaluated and saved to do.
+
+    Args:
+        model: SB3 model.
+        config: Config of the run.
+    """
+    if isinstance(config, DAggerConfig):
+        return with_dead_band(model, config.dead_band)
+    return stronger(model, config.policy_gain)
 
 
 def acting(model: BaseAlgorithm, venv: VectorEnv[Any, Any, Any]) -> ActionFunction:

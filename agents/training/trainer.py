@@ -32,7 +32,7 @@ from ..storage.logs import flat, load_newest, save_newest, under, write_evaluati
 from ..storage.runs import Run, create_run, differences, manifest, open_run
 from ..storage.trackers import TRACKERS
 from .algorithms import build_model, check_fit, iterate
-from .recording import acting, save_policy, stronger
+from .recording import acting, as_saved, save_policy
 from .rows import TrainingRows
 from .snapshots import capture, check, check_document, restore
 from .validation import Progress, Records, Stopwatch, Validation
@@ -286,7 +286,7 @@ class Trainer:
     def save(self) -> None:
         """Write the policy of now and a checkpoint."""
         begin = time.perf_counter()
-        with stronger(self.model, self._config.policy_gain):
+        with as_saved(self.model, self._config):
             save_policy(self.model, self._config, self._run / "last_model")
         arrays, document = self._state(self._records.sync(self.model.num_timesteps))
         save_newest(self._run / "checkpoints", self.model.num_timesteps, arrays, document)
@@ -354,7 +354,7 @@ class Trainer:
         return figures
 
     def _evaluate(self) -> dict[str, Any]:
-        with stronger(self.model, self._config.policy_gain):
+        with as_saved(self.model, self._config):
             episodes, better = self._validation.run(
                 lambda venv: acting(self.model, venv), self.model.num_timesteps
             )

@@ -75,7 +75,16 @@ DQN = {
     **dict.fromkeys(("exploration_initial_eps", "exploration_final_eps"), NO_SHARE),
     "max_grad_norm": NO_FACTOR,
 }
-BY_ALGORITHM = {"ppo": PPO, "sac": SAC, "tqc": TQC, "dqn": DQN}
+DAGGER = {
+    **dict.fromkeys(("n_steps", "gradient_steps"), COUNTS["n_envs"]),
+    "teacher": ["", 3, None, True],
+    "buffer_size": [0, None, 1.5, 127],  # less than the rows
+    "batch_size": [1, None, True, 2.5],
+    "dead_band": [*NO_WEIGHT, 11],
+    "loss_width": [*NO_FACTOR, 101],
+    "normalize_observation": [True],
+}
+BY_ALGORITHM = {"ppo": PPO, "sac": SAC, "tqc": TQC, "dqn": DQN, "dagger": DAGGER}
 
 
 @pytest.mark.parametrize("algo", ALGORITHMS)
@@ -95,6 +104,12 @@ def test_every_entry_is_tried(algo):
 )
 def test_a_bad_value_is_refused_by_key_with_what_is_expected(algo, key, value):
     refuses(rf"^config\.{key}: {key} = .*; expected ", config_from, {"algo": algo, key: value})
+
+
+def test_a_dead_band_is_of_relu_alone():
+    entries = {"algo": "dagger", "dead_band": 0.1}
+    refuses(r"^config\.dead_band: .*; expected 0", config_from, entries | {"activation": "tanh"})
+    assert config_from(entries).dead_band == 0.1
 
 
 @pytest.mark.parametrize(
@@ -136,6 +151,13 @@ def test_an_update_is_the_least_number_of_whole_rounds(values, rounds, steps):
             "goal_turn: goal_turn = True; expected False: networks read no goals",
         ),
         ("BallGrid", {"action_std": [0.8, 0.1]}, "action_std: .*choices"),
+        ("BallGrid", {"algo": "dagger"}, r"algo: algo = 'dagger'; expected .* Discrete"),
+        (
+            "SpinCapture",
+            {"algo": "dagger", "teacher": "pid"},
+            r"teacher: teacher = 'pid'; expected one of \['transfer', 'separatrix'\]",
+        ),
+        ("BallPark", {"algo": "dagger"}, "teacher: .*; expected a law of the state"),
         *(
             (name, {"algo": algo, "policy_gain": 2.0}, "policy_gain: .*; expected 1")
             for name, algo in (("BallGrid", "ppo"), ("BallGrid", "dqn"), ("BallPark", "sac"))

@@ -101,6 +101,7 @@ def test_an_environment_that_cannot_be_is_refused_by_key(env_id, kwargs, message
 
 
 GRID, GOAL = "RigidEnvs/BallGrid-v0", "RigidEnvs/BallParkGoal-v0"
+SPIN = "RigidEnvs/SpinCapture-v0"
 COMMON = {"n_envs": 4, "gamma": 0.7, "learning_rate": 3e-5, "net_arch": [5, 3],
           "activation": "silu"}  # fmt: skip
 MEMORY = {"buffer_size": 4000, "learning_starts": 77, "batch_size": 33, "tau": 0.11}
@@ -112,6 +113,8 @@ ENTRIES = {
     "tqc": {**MEMORY, "ent_coef": 0.07, "n_quantiles": 13, "n_dropped": 4},
     "dqn": {**MEMORY, "env_id": GRID, "target_update_interval": 500, "exploration_fraction": 0.21,
             "exploration_initial_eps": 0.9, "exploration_final_eps": 0.13, "max_grad_norm": 3.0},
+    "dagger": {"env_id": SPIN, "n_steps": 24, "batch_size": 33, "gradient_steps": 3,
+               "buffer_size": 4000, "loss_width": 0.02},
 }  # fmt: skip
 OF_SB3 = {  # names that differ
     "buffer_size": ("replay_buffer.buffer_size", lambda value: value // 4),
@@ -180,7 +183,10 @@ def test_weights_are_those_of_the_seed(algo):
 def test_the_learning_rate_falls_along_a_line_and_ends_at_its_end(tmp_path, algo):
     """The last update lies beyond the end: 4 of 40 steps where there are 150."""
     memory = {"log_every": 40, "learning_starts": 0, "train_freq": 1, "gradient_steps": 1}
-    own = {"n_steps": 10, "batch_size": 10, "target_kl": None} if algo == "ppo" else memory
+    own = {
+        "ppo": {"n_steps": 10, "batch_size": 10, "target_kl": None},
+        "dagger": {"n_steps": 10},
+    }.get(algo, memory)
     config = config_of(algo, **own, learning_rate=[1e-3, 0.0], total_timesteps=150,
                        eval_episodes=2, log_dir=str(tmp_path))  # fmt: skip
     table = progress(config)

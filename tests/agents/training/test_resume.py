@@ -49,6 +49,16 @@ VARIANTS = {
     "tqc": MEMORY | {"algo": "tqc", "env_id": "RigidEnvs/BallPark-v0"},
     "dqn": MEMORY
     | {"algo": "dqn", "env_id": "RigidEnvs/BallGrid-v0", "target_update_interval": 700},
+    "dagger, overflowing": {
+        "algo": "dagger",
+        "env_id": "RigidEnvs/SpinCapture-v0",
+        "env_kwargs": {"frame": "reduced"},
+        "n_steps": 32,
+        "batch_size": 64,
+        "gradient_steps": 2,
+        "buffer_size": 7000,
+        "dead_band": 0.2,
+    },
 }
 
 
