@@ -85,6 +85,8 @@ class Lessons:
         return torch.from_numpy(seen[which]), torch.from_numpy(done[which])
 
 
+_LEAST_VARIANCE = 1e-6
+
 # A dead band, as two more ReLU units for each entry of an action.
 
 
@@ -130,7 +132,8 @@ class DAgger(PPO):
     is learnt, and an action that is mostly 0 stays 0.
 
     The network learns ``a + dead_band sign(a)``, and 0 where a is 0; `dead_band` takes it back. So
-    small errors of the network cost nothing where the teacher rests.
+    small errors of the network cost nothing where the teacher rests. The standard deviation of the
+    policy, with which PPO would go on, is that of the last errors.
 
     Source: Ross, Gordon & Bagnell 2011, *A Reduction of Imitation Learning and Structured
     Prediction to No-Regret Online Learning*, algorithm 3.1, arXiv:1011.0686.
@@ -202,6 +205,9 @@ class DAgger(PPO):
             loss.backward()  # type: ignore[no-untyped-call]
             self.policy.optimizer.step()
             losses.append(loss.detach())
+        with torch.no_grad():
+            square = ((mean - wanted) ** 2).mean(dim=0).clamp(min=_LEAST_VARIANCE)
+            self.policy.log_std.copy_(0.5 * square.log())
         self._n_updates += self.gradient_steps
         self.policy.set_training_mode(False)
         self.logger.record("train/n_updates", self._n_updates)

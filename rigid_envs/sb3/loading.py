@@ -23,6 +23,8 @@ _ACTIVATIONS: dict[str, type[nn.Module]] = {**ACTIVATIONS, "tanh": nn.Tanh}  # a
 
 # A model from a policy file, on which `learn` goes on.
 
+_OF_PPO = ("ppo", "dagger")  # the second is of `agents`: the networks of PPO, taught by a law
+
 
 def load_model(name: str | Path, env: VecEnv | None = None, **changes: Any) -> PPO:
     """A model of PPO whose policy is that of a file, and on which `learn` goes on.
@@ -49,7 +51,8 @@ def load_model(name: str | Path, env: VecEnv | None = None, **changes: Any) -> P
     """
     path = path_of(name)
     policy = load(path)
-    require(policy.document["algo"] == "ppo", policy.document["algo"], f"{name}: algo", "'ppo'")
+    algo = policy.document["algo"]
+    require(algo in _OF_PPO, algo, f"{name}: algo", f"one of {_OF_PPO}")
     config = read_record(path.with_suffix(".json")).config if path.parent == FOLDER else {}
     if env is None:
         env = make_vec_env(policy.env_id, config.get("n_envs", 1), **policy.document["env_kwargs"])

@@ -175,7 +175,7 @@ def test_a_value_network_that_does_not_fit_is_refused(tmp_path, change, message)
 
 def test_what_cannot_go_on_is_refused(tmp_path):
     sac = SAC("MlpPolicy", make_vec_env(BODY), device="cpu")
-    with pytest.raises(ValueError, match="algo = 'sac'; expected 'ppo'"):
+    with pytest.raises(ValueError, match=r"algo = 'sac'; expected one of .*'ppo', 'dagger'"):
         load_model(export(sac, tmp_path / "sac.safetensors"))
     with pytest.raises(ValueError, match=r"env: .* = \(3, 3, .* expected \(8, 3, 'ga.*: make"):
         load_model("Detumble", make_vec_env("Detumble"))

@@ -13,7 +13,7 @@ from agents.training.recording import acting, as_saved, save_policy
 from agents.training.rows import TrainingRows
 from agents.training.trainer import train, wrapped
 from rigid_envs import evaluate, load
-from rigid_envs.sb3.loading import to_torch
+from rigid_envs.sb3.loading import load_model, to_torch
 from tests.agents.trainings import begun
 
 SPIN, DETUMBLE = "RigidEnvs/SpinCapture-v0", "RigidEnvs/Detumble-v0"
@@ -94,11 +94,13 @@ def test_within_the_band_actions_are_0_and_elsewhere_nearer_to_it(tmp_path, band
     np.testing.assert_allclose(banded, expected, rtol=0, atol=1e-6)
     policy = load(tmp_path / "policy")
     np.testing.assert_allclose(policy.predict(seen)[0], banded, rtol=0, atol=1e-6)
+    again = load_model(tmp_path / "policy" / "policy.safetensors").predict(seen, deterministic=True)
+    np.testing.assert_allclose(again[0], banded, rtol=0, atol=1e-6)
     exported = to_torch(policy)(torch.from_numpy(seen)).detach().numpy()
     np.testing.assert_allclose(exported, banded, rtol=0, atol=1e-6)
     within = np.abs(z) < band - 1e-6
     assert within.any() == (band > 0)
-    for actions in (banded, policy.predict(seen)[0], exported):
+    for actions in (banded, policy.predict(seen)[0], again[0], exported):
         assert (actions[within] == 0.0).all()
     after = model.policy.state_dict()
     assert before.keys() == after.keys()
@@ -117,3 +119,4 @@ def test_what_is_learnt_is_beyond_the_band_where_the_teacher_acts():
         learnt = model.predict(seen, deterministic=True)[0]
     np.testing.assert_allclose(learnt[:4], right[:4], rtol=0, atol=0.05)
     assert (learnt[4:] == 0.0).all()
+    assert (model.policy.log_std.exp() < 0.05).all()  # of its errors
