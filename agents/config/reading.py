@@ -278,9 +278,9 @@ def recipe_for(env_id: str, algo: str | None = None, frame: str | None = None) -
     """Entries of the shipped config of an environment.
 
     They are `configs/<name>_reduced_<algo>.yaml` in the reduced frame, `configs/<name>_<algo>.yaml`
-    in that of the world. Where none is shipped: the id, the algorithm and the frame, and what the
-    config of another algorithm in this frame says of rewards and period in training; for all else
-    the defaults of the algorithm hold.
+    in that of the world. Where none is shipped: the id, the algorithm and the frame, and, unless a
+    law teaches, what the config of another algorithm in this frame says of rewards and period in
+    training; for all else the defaults of the algorithm hold.
 
     Args:
         env_id: A registered id, or its short form: "BallPark".
@@ -301,6 +301,8 @@ def recipe_for(env_id: str, algo: str | None = None, frame: str | None = None) -
                 return values
         plain = {"env_id": env_id, "algo": algos[0]}
         plain |= {"env_kwargs": {"frame": each}} if each == "reduced" else {}
+        if algo == "dagger":
+            continue
         others = next(filter(None, (_shipped(env_id, kind, each) for kind in suitable)), {})
         plain |= {key: others[key] for key in _OF_ANY_ALGORITHM if key in others}
     return plain

@@ -50,6 +50,8 @@ def test_an_algorithm_without_a_config_has_the_rewards_and_the_period_of_another
         assert sac[key] == ppo[key]
     assert config_for("SleepingTop", sac).total_timesteps == 200_000  # the default of SAC
     assert "cost_price" not in recipe_for("SleepingTop", "sac", "world")
+    taught = recipe_for("SleepingTop", "dagger", "reduced")
+    assert taught.keys() == {"env_id", "algo", "env_kwargs"}  # the law has the period of the task
 
 
 @pytest.mark.parametrize(
