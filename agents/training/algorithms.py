@@ -106,6 +106,8 @@ def check_fit(config: Config, venv: VectorEnv[Any, Any, Any]) -> None:
         expected = f"an algorithm for {space}, the actions of {config.env_id}: {takes}"
         raise refusal("algo", config.algo, expected)
     if isinstance(config, DAggerConfig):
+        if isinstance(seen, spaces.Dict) and part_for(config.env_kwargs, seen) is None:
+            raise refusal("algo", config.algo, "another one, or env_kwargs: {frame: reduced}")
         teacher_of(config)
     elif isinstance(config, OffPolicyConfig):
         _check_memory(config, venv)

@@ -158,6 +158,7 @@ def test_an_update_is_the_least_number_of_whole_rounds(values, rounds, steps):
             r"teacher: teacher = 'pid'; expected one of \['transfer', 'separatrix'\]",
         ),
         ("BallPark", {"algo": "dagger"}, "teacher: .*; expected a law of the state"),
+        ("Reorient", {"algo": "dagger"}, "algo: .*; expected another one, or .*reduced"),
         *(
             (name, {"algo": algo, "policy_gain": 2.0}, "policy_gain: .*; expected 1")
             for name, algo in (("BallGrid", "ppo"), ("BallGrid", "dqn"), ("BallPark", "sac"))
