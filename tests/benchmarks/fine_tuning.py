@@ -10,6 +10,7 @@ from stable_baselines3 import PPO
 
 import rigid_envs
 from rigid_envs.sb3 import load_model, make_vec_env
+from rigid_envs.sb3.exporting import ACTIVATIONS
 from rigid_envs.scores.evaluation import published_record
 from rigid_envs.tools.pages.tables import table
 
@@ -21,6 +22,7 @@ def from_nothing(env, seed):
     """An untrained model with the hyperparameters of the published one, and its first step size."""
     config = published_record(f"{ID}-v0").config
     told = {key: config[key] for key in ("net_arch", "log_std_init")}
+    told["activation_fn"] = ACTIVATIONS[config["activation"]]
     own = {key: config[key] for key in _SAME} | {"learning_rate": config["learning_rate"][0]}
     return PPO("MlpPolicy", env, policy_kwargs=told, seed=seed, device="cpu", **own)
 
