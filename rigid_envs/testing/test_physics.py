@@ -136,12 +136,17 @@ def start_at_envelope(env_id):
     return None
 
 
-FAST = [env_id for env_id in IDS if start_at_envelope(env_id)]
+# Not found by trying: every worker would compile what tells the rates while it collects.
+FAST = [env_id for env_id in IDS if task_of(env_id).system_type.dynamics.rate is not at_rest]
 
 
 def start(env_id, factor):
     """A start whose rates are some times those of the envelope."""
-    name, value = start_at_envelope(env_id)
+    found = start_at_envelope(env_id)
+    if found is None:
+        assert env_id not in OWN
+        pytest.skip("no component of the state sets a rate")
+    name, value = found
     return {name: factor * value}
 
 
@@ -254,8 +259,7 @@ def departures(env_id, refinement):
 
 def kept(env_id):
     """Names of what the system keeps; the spin momentum of a top only if it is symmetric."""
-    system = task_of(env_id).system()
-    names = set(system.invariants(system.state()))
+    names = {*task_of(env_id).system_type.dynamics.Invariants._fields}
     return names - {"L_spin"} if env_id == "RigidEnvs/TopRandom-v0" else names
 
 
