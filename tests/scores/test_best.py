@@ -300,7 +300,7 @@ def test_the_command_plans_and_says_who_found_it(tmp_path, monkeypatch, capsys):
     env_id = "RigidEnvs/CoinPark-v0"
     monkeypatch.setattr(finding, "_BLOCK", 2)
     monkeypatch.setitem(
-        finding.RECIPES, "CoinPark", finding.RECIPES["CoinPark"]._replace(n_rounds=4, n_hops=1)
+        finding.RECIPES, "CoinPark", finding.Recipe(n_rounds=2, n_steps=40, n_hops=1)
     )
     for n in (2, 3):  # what is known of two is kept
         words = ["best", env_id, "--plan", "--starts", str(n), "--out", str(tmp_path)]

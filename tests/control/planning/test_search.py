@@ -341,12 +341,12 @@ def test_a_search_ends_once_its_plans_have_settled(monkeypatch):
 
 
 def test_a_plan_is_a_success_in_the_environment_at_the_cost_that_it_says(monkeypatch):
-    env_id, n = "RigidEnvs/SleepingTop-v0", 4
-    monkeypatch.setitem(RECIPES, "SleepingTop", Recipe(10))
+    env_id, n = "RigidEnvs/SleepingTop-v0", 2
+    monkeypatch.setitem(RECIPES, "SleepingTop", Recipe(4))
     lqr = evaluate(env_id, "lqr", n=n)
     found = evaluate(env_id, of_plans(plan(env_id, [lqr.actions], np.arange(n))), n=n)
     assert found.successes.all()
-    assert found.mean(found.costs) < 0.75 * lqr.mean(lqr.costs)
+    assert (found.costs < 0.5 * lqr.costs).all()
 
 
 def test_planning_again_gives_the_same_bits_and_improves_what_is_stored(monkeypatch):
