@@ -39,6 +39,11 @@ def folder(tmp_path, results):
     return tmp_path
 
 
+@pytest.fixture(scope="module")
+def packaged():
+    return leaderboard.packaged_rows()
+
+
 def result(folder, name):
     return json.loads((folder / "below" / f"{name}.json").read_text())
 
@@ -158,8 +163,10 @@ def test_several_seeds_in_each_environment_are_aggregated_with_an_interval(folde
     assert line.startswith("| ppo | 2 | 5 |") and line.endswith("| - |")
 
 
-def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path):
-    rows = {(row.env_id, row.policy): row for row in leaderboard.packaged_rows()}
+def test_what_comes_with_the_package_is_ranked_without_playing_it_again(
+    packaged, tmp_path, monkeypatch
+):
+    rows = {(row.env_id, row.policy): row for row in packaged}
     for env_id in ENVIRONMENTS:
         assert {(env_id, "zero"), (env_id, "random")} <= rows.keys()
     again = leaderboard.row_of(rigid_envs.evaluate(ID, "brake"))
@@ -171,6 +178,7 @@ def test_what_comes_with_the_package_is_ranked_without_playing_it_again(tmp_path
         record = published_record(name)
         figures = rows[record.env_id, record.policy].figures
         assert figures["efficiency"] == record.evaluation.efficiencies.mean()
+    monkeypatch.setattr(leaderboard, "packaged_rows", lambda: packaged)
     assert main(["leaderboard", str(tmp_path), "--packaged"]) == 0
 
 
@@ -181,11 +189,9 @@ def test_an_id_without_best_known_costs_has_no_rows_of_its_own(monkeypatch):
     ]
 
 
-def test_the_page_of_the_repository_is_that_of_its_data():
+def test_the_page_of_the_repository_is_that_of_its_data(packaged):
     docs = Path(__file__).parents[2] / "docs"
-    rows = leaderboard.sorted_rows(
-        [*map(leaderboard.row_of, read_results(docs)), *leaderboard.packaged_rows()]
-    )
+    rows = leaderboard.sorted_rows([*map(leaderboard.row_of, read_results(docs)), *packaged])
     mend = "write it anew: rigid-envs leaderboard docs --packaged"
     assert (docs / "leaderboard.md").read_text() == leaderboard.markdown(rows), mend
 

@@ -134,13 +134,14 @@ def test_an_attitude_that_is_needed_and_hidden_is_refused_by_name(env_id):
 
 @in_full(IDS)  # noise takes a kernel of its own
 def test_noise_is_no_reason_to_stop(env_id):
-    envs = make_rows(env_id, 8, {"observation_noise": 0.01})
+    n = 4
+    envs = make_rows(env_id, n, {"observation_noise": 0.01})
     agent = rigid_envs.reference(
         env_id, list(reference_controllers(env_id))[-1], observation_noise=0.01
     )
     seen, _ = envs.reset(seed=0)
-    state, start = None, np.ones(8, bool)
-    for _ in range(110):
+    state, start = None, np.ones(n, bool)
+    for _ in range(20):
         actions, state = agent.predict(seen, state, start)
         seen, _, terminated, truncated, _ = envs.step(actions)
         start = terminated | truncated
@@ -178,6 +179,12 @@ def agent_of(env_id, name):
     return rigid_envs.reference(env_id, name)
 
 
+@cache
+def evaluation_of(env_id, name):
+    """Its episodes from the first four starts."""
+    return rigid_envs.evaluate(env_id, agent_of(env_id, name), n=4)
+
+
 def quickest(env_id):
     """The last controller of an id, which plans for milliseconds."""
     return agent_of(env_id, list(reference_controllers(env_id))[-1])
@@ -188,8 +195,7 @@ def quickest(env_id):
     [pytest.param(*law, marks=pytest.mark.long) if law in ALIKE else law for law in LAWS],
 )
 def test_every_controller_succeeds_from_observations(env_id, name):
-    n = 4 if name == "shortest_path" else 20
-    found = rigid_envs.evaluate(env_id, agent_of(env_id, name), n=n)
+    found = evaluation_of(env_id, name)
     assert found.successes.all()
     assert found.policy == name
 
@@ -208,7 +214,7 @@ def test_all_500_starts_cost_what_they_cost_the_controller_of_states(env_id, nam
 @in_full(IDS)
 def test_single_environments_are_played_as_rows_are(env_id):
     agent, row = quickest(env_id), 1
-    found = rigid_envs.evaluate(env_id, agent, n=2)
+    found = evaluation_of(env_id, list(reference_controllers(env_id))[-1])
     env = gym.make(env_id)
     seen, _ = env.reset(seed=evaluation_seeds(2)[row])
     state, total, ended = None, 0.0, False
@@ -229,13 +235,13 @@ def test_evaluate_policy_of_stable_baselines3_takes_it(env_id):
         if names["done"]:
             wins.append(names["info"]["is_success"])
 
-    theirs = DummyVecEnv([lambda: Monitor(gym.make(env_id))] * 2)
+    theirs = DummyVecEnv([lambda: Monitor(gym.make(env_id))])
     theirs.seed(0)
     for env in (make_vec_env(env_id, 2, seed=0), theirs):
         returns, _ = evaluate_policy(
-            agent, env, n_eval_episodes=2, callback=keep, return_episode_rewards=True
+            agent, env, n_eval_episodes=env.num_envs, callback=keep, return_episode_rewards=True
         )
-        assert len(returns) == 2
+        assert len(returns) == env.num_envs
     assert wins and all(wins)
 
 

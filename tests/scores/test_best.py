@@ -312,6 +312,21 @@ def test_the_command_plans_and_says_who_found_it(tmp_path, monkeypatch, capsys):
         assert (known.costs < 0.999 * reference.costs).all()
 
 
+def test_starts_are_planned_in_blocks_each_from_its_own_first_start(monkeypatch):
+    brake, planned = evaluate(DETUMBLE, "brake", n=5), []
+
+    def plan(env_id, firsts, rows):
+        planned.append(rows.tolist())
+        return brake.actions[:, rows]
+
+    monkeypatch.setattr(finding, "plan", plan)
+    monkeypatch.setattr(finding, "_BLOCK", 2)
+    *_, found = finding.search(finding.nothing(DETUMBLE, 5), [])
+    assert planned == [[0, 1], [2, 3], [4]]
+    np.testing.assert_array_equal(found.best.costs, brake.costs)
+    assert found.best.finders == (best.PLANNER,) * 5
+
+
 def test_a_policy_that_rests_for_a_time_turns_over_freely_and_needs_less():
     known = finding.nothing(AXIS, 10)
     (policy,) = [each for each, _ in finding.players(AXIS) if each.name == "minimum_fuel"]
@@ -338,7 +353,7 @@ def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypat
 
 
 def test_a_ball_is_planned_from_guesses_alone_nearly_as_well_as_is_known(monkeypatch):
-    few = finding.RECIPES["BallPark"]._replace(n_rounds=24, n_guesses=2, n_hops=0)
+    few = finding.RECIPES["BallPark"]._replace(n_rounds=12, n_guesses=2, n_hops=0)
     monkeypatch.setitem(finding.RECIPES, "BallPark", few)
     actions = finding.plan("RigidEnvs/BallPark-v0", [], np.arange(3))
     assert actions.shape == (few.n_steps, 3, 2)
