@@ -1,7 +1,6 @@
 """Pumping a roller out of a valley by its inertia ratio: bang-bang control, and least times."""
 
 import functools
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -289,9 +288,19 @@ class LeastTime(CheckedFields):
         return actions, over
 
 
-@functools.lru_cache(maxsize=8)
 def _kept(least_time: LeastTime, nearest: float, most: int) -> list[Array]:
     """Regions as long as rest at an arc length is in them."""
     start = least_time.point(np.array([nearest]), np.zeros(1))
-    found = itertools.islice(least_time.regions(), most)
-    return list(itertools.takewhile(lambda region: gauge(region, start)[0] < 1.0, found))
+    known, more = _regions(least_time)
+    for k in range(most):
+        if k == len(known):
+            known.append(next(more))
+        if gauge(known[k], start)[0] >= 1.0:
+            return known[:k]
+    return known[:most]
+
+
+@functools.lru_cache(maxsize=8)
+def _regions(least_time: LeastTime) -> tuple[list[Array], Iterator[Array]]:
+    """Regions that are computed, whatever they were needed for, and those that come after them."""
+    return [], least_time.regions()
