@@ -21,6 +21,7 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.scores import best as best_costs
 from rigid_envs.scores.best import FOLDER, PLANNER, PLANS_FOLDER, Best
 from rigid_envs.scores.evaluation import evaluate, make_rows
+from rigid_envs.scores.optima import searched
 from rigid_envs.scores.policies import (
     PolicyFactory,
     policy_of,
@@ -253,7 +254,6 @@ def rested(found: Found, policy: PolicyFactory, config: Mapping[str, Any], n_tri
 
 _BLOCK = 50  # starts that are planned together, and kept before the next ones
 _COUNTS: Mapping[str, Counts] = {"time": "time", "error": "error"}  # by the metric; else costs
-_LONGEST_GUESS = (3.0, 9.0)  # radii
 _SHAKE = (-3.5, -0.7)  # log of the standard deviation of a change of actions
 _SWING = 8.0  # of the heading of a guess [rad]
 
@@ -264,7 +264,7 @@ class Recipe(NamedTuple):
     Attributes:
         n_rounds: Linearisations of a plan, or of one with a deadline.
         n_steps: Actions of a plan of a task that ends at success; None for the time limit.
-        n_guesses: Curves that a ball is first rolled along, or the force turns along.
+        n_guesses: Curves that the force first turns along, where the cost is time.
         n_cuts: Deadlines of a plan whose cost is time and that must stay; 0 where it is not.
         n_hops: How often the best plan is changed at random, and improved again.
     """
@@ -276,7 +276,7 @@ class Recipe(NamedTuple):
     n_hops: int = 0
 
 
-_ROLLED = Recipe(64, n_steps=96, n_guesses=16, n_hops=4)
+_ROLLED = Recipe(64, n_steps=96, n_hops=4)
 RECIPES = {
     "BallPark": _ROLLED,
     "BallReorient": _ROLLED,
@@ -307,6 +307,8 @@ def recipe_of(env_id: str) -> Recipe | None:
 def search(found: Found, firsts: Sequence[Singles]) -> Iterator[Found]:
     """Plan, and give what is best known after every few starts.
 
+    Plans along extremals (`rigid_envs.scores.optima`) are improved too, where there are any.
+
     Args:
         found: What is known; its plans are improved.
         firsts: Further plans that are improved, each of shape (T, n, m).
@@ -319,6 +321,8 @@ def search(found: Found, firsts: Sequence[Singles]) -> Iterator[Found]:
         for policy, config in players(env_id):
             found = rested(found, policy, config, _N_TRIALS)
             yield found
+    if ENVIRONMENTS[env_id].optimum:
+        firsts = [*firsts, searched(env_id, found.actions)[1].astype(np.float32)]
     for k in range(0, n, _BLOCK):
         rows = np.arange(k, min(k + _BLOCK, n))
         made = plan(env_id, (found.actions, *firsts), rows)
@@ -355,8 +359,6 @@ def plan(env_id: str, firsts: Sequence[Singles], rows: Integers) -> Singles:
     if counts == "cost":  # much happens by itself
         given.append(np.zeros((model.n_steps, len(rows), model.n_actions)))
     made = [_improved(model, first, recipe) for first in given]
-    if recipe.n_guesses:
-        made.append(_best_of_guesses(model, state, recipe, rng))
     best = functools.reduce(better_of, made)
     for _ in range(recipe.n_hops):
         best = better_of(best, _improved(model, _shaken(rng, best.actions), recipe))
@@ -379,19 +381,6 @@ def _shaken(rng: np.random.Generator, actions: Singles) -> Array:
     return np.asarray(actions + noise[np.arange(T) * 16 // T])
 
 
-def _best_of_guesses(
-    model: Model, state: dict[str, Array], recipe: Recipe, rng: np.random.Generator
-) -> Plans:
-    """The best of coarse plans from random guesses, refined."""
-    n, size = model.n_rows, model.n_steps // 4
-    coarse = Model(model.task, state, size)
-    best = Plans(np.zeros((size, n, 2), np.float32), np.full(n, np.inf))
-    for _ in range(recipe.n_guesses):
-        guess = _guess(rng, size, n, model.task)
-        best = better_of(best, improve(coarse, guess, 16))
-    return improve(model, best.actions.repeat(4, axis=0) / 4.0, recipe.n_rounds)
-
-
 def better_of(one: Plans, other: Plans) -> Plans:
     """From each start the plan that costs less."""
     first = one.costs <= other.costs
@@ -412,13 +401,6 @@ def _soonest(
         met = sooner(model, plans, rows, lambda T, part: _curve(rng, T, len(part)), recipe.n_rounds)
         hurried(model, plans, met, recipe.n_rounds)
     return plans
-
-
-def _guess(rng: np.random.Generator, n_steps: int, n: int, task: Any) -> Array:
-    """Paths of random length along such curves, as actions (T, n, 2)."""
-    curve = _curve(rng, n_steps, n)
-    length = rng.uniform(*_LONGEST_GUESS, n) / (n_steps * task.roll_per_step)
-    return np.asarray(curve * length[:, None])
 
 
 def _curve(rng: np.random.Generator, n_steps: int, n: int) -> Array:

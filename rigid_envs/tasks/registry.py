@@ -49,6 +49,8 @@ class EnvironmentRecord:
         controllers: Reference controllers by name, the best first, each a function
             "module:name" from the task to a controller.
         limits: Theoretical limits by metric, each the "module:name" of a `TheoreticalLimit`.
+        optimum: Search for the numerical optimum of the cost, "module:name" of a function
+            `rigid_envs.scores.optima.Search`; empty where there is none.
         decoder: Function "module:name" from the task to a function that finds the states that
             controllers read in observations (`rigid_envs.scores.references.Decoder`); empty if
             there is none.
@@ -70,6 +72,7 @@ class EnvironmentRecord:
     error: ErrorTerm | None = None
     controllers: Mapping[str, str] = field(default_factory=dict)
     limits: Mapping[str, str] = field(default_factory=dict)
+    optimum: str = ""
     decoder: str = ""
     predictive: str = ""
     conditions: str = ""
@@ -144,7 +147,7 @@ def _ours(task: str, max_episode_steps: int, metrics: str, **more: Any) -> None:
         codes = more.get(key, {})
         more[key] = {label: f"{room}.references:{code}" for label, code in codes.items()}
     more.setdefault("decoder", re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower())
-    for key in ("decoder", "predictive", "conditions", "planner"):
+    for key in ("decoder", "predictive", "conditions", "planner", "optimum"):
         if key in more:
             more[key] = f"{room}.references:{more[key]}"
     more["metrics"] = tuple(metrics.split())
@@ -240,6 +243,7 @@ _ours(
     early_end=_LAXER_POSE,
     controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
     limits={"path": "BALL_PATH"},
+    optimum="least_rolls",
     conditions="PARKED",
 )
 _ours(
@@ -249,6 +253,7 @@ _ours(
     goal=True,
     controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
     limits={"path": "BALL_PATH"},
+    optimum="least_rolls",
     conditions="PARKED",
 )
 _variant("BallParkRandom", "BallPark")

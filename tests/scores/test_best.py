@@ -4,6 +4,7 @@ import io
 import json
 import zipfile
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,14 @@ import pytest
 from rigid_envs import load
 from rigid_envs.base.files import DamagedFileError, write_document
 from rigid_envs.engine.provenance import heading, provenance
-from rigid_envs.envs.lookup import task_of
 from rigid_envs.scores import best, finding, proof
 from rigid_envs.scores.evaluation import evaluate
+from rigid_envs.scores.optima import searched
 from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.scores.proof import best_of
 from rigid_envs.scores.records import read_evaluation, read_record
+from rigid_envs.systems.rolling_ball import references
+from rigid_envs.systems.rolling_ball.least_path import least_paths
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
 from rigid_envs.tools.cli.scoring import verify_scores
@@ -352,25 +355,16 @@ def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypat
     assert missing in capsys.readouterr().err
 
 
-def test_a_ball_is_planned_from_guesses_alone_nearly_as_well_as_is_known(monkeypatch):
-    few = finding.RECIPES["BallPark"]._replace(n_rounds=12, n_guesses=2, n_hops=0)
+def test_a_ball_is_planned_along_extremals_alone_better_than_was_known(monkeypatch):
+    few = finding.RECIPES["BallPark"]._replace(n_rounds=24, n_hops=0)
     monkeypatch.setitem(finding.RECIPES, "BallPark", few)
-    actions = finding.plan("RigidEnvs/BallPark-v0", [], np.arange(3))
+    monkeypatch.setattr(references, "least_paths", partial(least_paths, n_rays=1000))
+    known = finding.stored_plans("RigidEnvs/BallPark-v0", 3, best.PLANS_FOLDER)
+    optima, extremals = searched("RigidEnvs/BallPark-v0", known)
+    actions = finding.plan("RigidEnvs/BallPark-v0", [extremals], np.arange(3))
     assert actions.shape == (few.n_steps, 3, 2)
-    # of few guesses not all lead to the shortest path
-    found = evaluate("RigidEnvs/BallPark-v0", finding.of_plans(actions), n=3).efficiencies
-    assert (found > 0.7).all() and (found > 0.99).sum() >= 2
-
-
-def test_guesses_roll_a_ball_3_to_9_radii_along_a_curve():
-    n_steps, task = 24, task_of("RigidEnvs/BallPark-v0")
-    guess = finding._guess(np.random.default_rng(0), n_steps, 200, task)
-    steps = np.linalg.norm(guess, axis=-1) * task.roll_per_step
-    np.testing.assert_allclose(steps, np.broadcast_to(steps[0], steps.shape), rtol=1e-12)
-    length = n_steps * steps[0]
-    assert 3.0 < length.min() < 3.3 and 8.7 < length.max() < 9.0
-    heading = guess[..., 0] + 1j * guess[..., 1]
-    assert np.abs(np.angle(heading[1:] / heading[:-1])).max() < 1.0
+    found = evaluate("RigidEnvs/BallPark-v0", finding.of_plans(actions), n=3)
+    assert found.successes.all() and (found.costs < 1.003 * optima).all()
 
 
 def test_plans_are_spread_over_the_steps_there_are_in_equal_parts():

@@ -13,6 +13,7 @@ from rigid_envs.scores.best import TheoreticalLimit, _rows
 from rigid_envs.scores.policies import Controller, Rows, Script, States, feedback, system_of
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries, goal_attitude
 from rigid_envs.systems.rolling_ball import controllers
+from rigid_envs.systems.rolling_ball.least_path import least_paths, rolls_along
 from rigid_envs.systems.rolling_ball.shortest_path import shortest_path
 from rigid_envs.systems.rolling_ball.tasks.ball_grid import BallGrid
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
@@ -31,11 +32,37 @@ _HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 def _roll(envs: RigidVectorEnv) -> Array:
     """Least length [m] of a path of a ball from its pose to within tolerance of its goal."""
     task: Any = envs.task
-    goal = envs.auxiliary(*task.aux_names) if task.n_goal else _HOME
-    y = envs.y
+    y, goal = envs.y, _goals(task, envs)
     distance = np.linalg.norm(y[:, 4:6] - goal[..., 4:], axis=-1) - task.position_tolerance
     angle = rotations.distance(y[:, :4], goal[..., :4]) - task.angle_tolerance
     return np.asarray(np.maximum(np.maximum(distance, _rows(envs, "radius") * angle), 0.0))
+
+
+def least_rolls(envs: RigidVectorEnv, known: Array) -> tuple[Array, Array]:
+    """Lengths [m] of the shortest paths found to within tolerance of the goals, and plans on them.
+
+    Where a known path is shorter than all that are found, it stands.
+
+    Args:
+        envs: Rows that have just begun.
+        known: Actions that lead there, shape (T, n, 2); zeros where nothing is known.
+
+    Returns:
+        Shape (n,), infinite where there is none, and actions along the paths, shape (T', n, 2).
+    """
+    task: Any = envs.task
+    radii, step = _rows(envs, "radius"), task.roll_per_step
+    tolerances = task.position_tolerance, task.angle_tolerance
+    paths = least_paths(envs.y[:, :6], _goals(task, envs), radii, *tolerances, step * known)
+    rolled = step * np.linalg.norm(known, axis=-1).sum(axis=0)
+    rolled[rolled == 0.0] = np.inf
+    found = np.isfinite(paths[:, 4]) & (paths[:, 4] <= rolled)
+    n = np.ceil(np.where(found, paths[:, 4], step) / step).astype(int)
+    actions = np.zeros((max(len(known), n.max()), len(n), 2))
+    actions[: len(known)] = np.where(found[:, None], 0.0, known)
+    for k in np.flatnonzero(found & (n > 0)):
+        actions[: n[k], k] = rolls_along(paths[k], n[k]) / step
+    return radii * np.minimum(paths[:, 4], rolled), actions
 
 
 def _zero(envs: RigidVectorEnv) -> Array:

@@ -17,6 +17,7 @@ _SWING = 14.0  # of headings per path [rad]; starts turn no faster
 _N_KEPT = 16  # of the shortest paths found by coarse polygons
 _FINER = (1.4, 2.0, 2.8, 4.0, 8.0)  # polygons, by and by: in one go some would not be found again
 _N_CORRECTIONS = 20
+_EXACTLY = (0.0, 0.0)  # the set of poses that paths lead to is one pose
 _G = 1.1673039782614187  # the root of g^5 = g + 1: its powers spread points evenly in 4 dimensions
 
 
@@ -194,7 +195,7 @@ def _search(target: Array, back: Array) -> Array:
     there, here = _shortest(target), _shortest(back)
     x = there if there[4] <= here[4] else _turned_round(here)
     if np.isfinite(x[4]):
-        elastica.shoot_rows(x[None], target, _sides(x))
+        elastica.shoot_rows(x[None], target, _EXACTLY, 1.0, _sides(x))
     if np.isinf(x[4]):
         raise ArithmeticError(f"no path turns a ball by {target[:4]} over {target[4:]} radii")
     return x
@@ -214,11 +215,11 @@ def _shortest(target: Array) -> Array:
     x = _starts(target)
     n = math.ceil(10 + math.hypot(*target[4:]))
     elastica.face_rows(x, target, n)
-    elastica.shoot_rows(x, target, n)
+    elastica.shoot_rows(x, target, _EXACTLY, 1.0, n)
     _, different = np.unique(np.round(x[:, 4], 6), return_index=True)
     x = x[different[:_N_KEPT]]
     for finer in _FINER:
-        elastica.shoot_rows(x, target, math.ceil(finer * n))
+        elastica.shoot_rows(x, target, _EXACTLY, 1.0, math.ceil(finer * n))
     return np.asarray(x[np.argmin(x[:, 4])])
 
 
