@@ -27,12 +27,13 @@ class TheoreticalLimit(NamedTuple):
     """Best value of a metric that theory allows.
 
     Attributes:
-        kind: "exact", the optimum, or a "bound", which may be out of reach.
+        kind: "exact", the optimum; a "bound", which may be out of reach; or "numerics", the least
+            that a search found, which is no proof (`rigid_envs.scores.optima`).
         text: Formula or reason.
         values: Value of every start, shape (N,), of rows that have just begun.
     """
 
-    kind: Literal["exact", "bound"]
+    kind: Literal["exact", "bound", "numerics"]
     text: str
     values: Callable[[RigidVectorEnv], Array]
 

@@ -49,6 +49,8 @@ class EnvironmentRecord:
         controllers: Reference controllers by name, the best first, each a function
             "module:name" from the task to a controller.
         limits: Theoretical limits by metric, each the "module:name" of a `TheoreticalLimit`.
+        optimum: Numerical optimum of the cost, "module:name" of a `TheoreticalLimit` of the kind
+            "numerics"; empty where none is searched for.
         decoder: Function "module:name" from the task to a function that finds the states that
             controllers read in observations (`rigid_envs.scores.references.Decoder`); empty if
             there is none.
@@ -70,6 +72,7 @@ class EnvironmentRecord:
     error: ErrorTerm | None = None
     controllers: Mapping[str, str] = field(default_factory=dict)
     limits: Mapping[str, str] = field(default_factory=dict)
+    optimum: str = ""
     decoder: str = ""
     predictive: str = ""
     conditions: str = ""
@@ -240,6 +243,7 @@ _ours(
     early_end=_LAXER_POSE,
     controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
     limits={"path": "BALL_PATH"},
+    optimum="BALL_LEAST_PATH",
     conditions="PARKED",
 )
 _ours(
@@ -249,6 +253,7 @@ _ours(
     goal=True,
     controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
     limits={"path": "BALL_PATH"},
+    optimum="BALL_LEAST_PATH",
     conditions="PARKED",
 )
 _variant("BallParkRandom", "BallPark")

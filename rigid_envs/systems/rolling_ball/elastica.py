@@ -22,11 +22,15 @@ from rigid_envs.base.checks import Array
 from rigid_envs.engine.algebra import (
     SUZUKI,
     Row,
+    Vector,
     compose,
+    cross,
+    dot,
     log_rotation,
     normalize_near_unit,
     rotate,
     rotate_inverse,
+    scaled,
 )
 from rigid_envs.engine.compiler import kernel, routine, scalar
 from rigid_envs.engine.elementary import atan2, fma, sincos
@@ -111,23 +115,91 @@ def seen_from(heading: float, pose: Row) -> Row:
     return (w, fma(c, x, s * y), fma(c, y, -s * x), z, fma(c, px, s * py), fma(c, py, -s * px))
 
 
+@scalar
+def toward(v: Vector, smooth: float) -> tuple[Vector, float]:
+    """``v / s`` and 1 / s with ``s = sqrt(|v|^2 + smooth^2)``: a direction, that of 0 is 0."""
+    square = fma(smooth, smooth, dot(v, v))
+    inverse = 1.0 / math.sqrt(square) if square > 0.0 else 0.0
+    return scaled(inverse, v), inverse
+
+
+@scalar
+def across(direction: Vector, v: Vector) -> Vector:
+    """Part of a vector across a direction."""
+    along = dot(direction, v)
+    return (
+        fma(-along, direction[0], v[0]),
+        fma(-along, direction[1], v[1]),
+        fma(-along, direction[2], v[2]),
+    )
+
+
+@scalar
+def costates(x: Row) -> tuple[Vector, Vector]:
+    """Costate of the first pose: force P and moment M, in axes along the first heading.
+
+    The switching vector ``P + (M_y, -M_x)`` is (1, 0), and a' = -L M_z.
+    """
+    scale = 1.0 / x[4]
+    px, py = scale * scale * x[2], scale * scale * x[3]
+    return (px, py, 0.0), (py, 1.0 - px, -scale * x[1])
+
+
+@scalar
+def costate_changes(x: Row, k: int) -> tuple[Vector, Vector]:
+    """Derivatives of `costates` by x[k + 1]."""
+    scale = 1.0 / x[4]
+    square = scale * scale
+    if k == 0:
+        return (0.0, 0.0, 0.0), (0.0, 0.0, -scale)
+    if k == 1:
+        return (square, 0.0, 0.0), (0.0, -square, 0.0)
+    if k == 2:
+        return (0.0, square, 0.0), (square, 0.0, 0.0)
+    px, py = -2.0 * scale * square * x[2], -2.0 * scale * square * x[3]
+    return (px, py, 0.0), (py, -px, square * x[1])
+
+
 @routine
-def linearise(x: Row, target: Row, n: int, m: Array) -> float:
+def linearise(x: Row, target: Row, edge: Vector, n: int, m: Array) -> float:
     """Fill m, (5, 6), with Jacobian and residual of the end pose; returns the largest residual.
+
+    The path begins at the edge of the set of poses (q, p) with |p| <= edge[0] [radii] and an angle
+    of at most edge[1]: as the maximum principle asks, p is along the force and the rotation vector
+    along the moment of the costate, out of the set.
 
     Rows are position and rotation vector in axes along the first heading: a rotation of the path is
     represented by the opposite rotation of the target.
     """
+    force, moment = costates(x)
+    ahead, over_force = toward(force, edge[2])
+    axis, over_moment = toward(moment, 0.0)
+    sine, cosine = sincos(0.5 * edge[1])
     y, d = first(x)
     y, d = follow(y, d, x, 1.0, n)
     w, gx, gy, gz, px, py = seen_from(x[0], target)
-    q, goal = (y[2], y[3], y[4], y[5]), (w, gx, gy, gz)
+    path, goal = (y[2], y[3], y[4], y[5]), (w, gx, gy, gz)
+    q = compose(path, (cosine, sine * axis[0], sine * axis[1], sine * axis[2]))
     up = rotate(goal, (0.0, 0.0, 1.0))
     m[0, 0], m[1, 0], m[2, 0], m[3, 0], m[4, 0] = -py, px, -up[0], -up[1], 1.0 - up[2]
     for k in range(4):
-        m[0, k + 1], m[1, k + 1] = d[k][2], d[k][3]
-        m[2, k + 1], m[3, k + 1], m[4, k + 1] = rotate(q, (d[k][4], d[k][5], d[k][6]))
-    m[0, 5], m[1, 5] = px - y[6], py - y[7]
+        by_force, by_moment = costate_changes(x, k)
+        shift = scaled(edge[0] * over_force, across(ahead, by_force))
+        v = scaled(2.0 * sine * over_moment, across(axis, by_moment))
+        beside = cross(axis, v)
+        # a change of the axis turns by (sin b) change + (1 - cos b) axis x change, b the angle
+        turned = rotate(
+            path,
+            (
+                fma(cosine, v[0], fma(sine, beside[0], d[k][4])),
+                fma(cosine, v[1], fma(sine, beside[1], d[k][5])),
+                fma(cosine, v[2], fma(sine, beside[2], d[k][6])),
+            ),
+        )
+        m[0, k + 1], m[1, k + 1] = d[k][2] + shift[0], d[k][3] + shift[1]
+        m[2, k + 1], m[3, k + 1], m[4, k + 1] = turned
+    m[0, 5] = px - y[6] - edge[0] * ahead[0]
+    m[1, 5] = py - y[7] - edge[0] * ahead[1]
     m[2, 5], m[3, 5], m[4, 5] = log_rotation(compose(goal, (q[0], -q[1], -q[2], -q[3])))
     missed = 0.0
     for i in range(5):
@@ -170,31 +242,32 @@ def solve(m: Array, step: Array) -> None:
 
 
 @routine
-def shoot(x: Array, target: Row, n: int, m: Array, step: Array) -> None:
+def shoot(x: Array, target: Row, edge: Vector, reach: float, n: int, m: Array, step: Array) -> None:
     """Newton's method from x, shape (5,), in place; an infinite length marks failure."""
     for _ in range(_N_ROUNDS):
-        if linearise((x[0], x[1], x[2], x[3], x[4]), target, n, m) <= _EXACT:
+        if linearise((x[0], x[1], x[2], x[3], x[4]), target, edge, n, m) <= _EXACT:
             return
         for j in range(5):
-            unit = _UNITS[j] * (x[4] if j == 4 else 1.0)
+            unit = reach * _UNITS[j] * (x[4] if j == 4 else 1.0)
             for i in range(5):
                 m[i, j] *= unit
         solve(m, step)
         for j in range(5):
-            x[j] += step[j] * _UNITS[j] * (x[4] if j == 4 else 1.0)
+            x[j] += reach * step[j] * _UNITS[j] * (x[4] if j == 4 else 1.0)
     x[4] = math.inf
 
 
 @kernel
-def shoot_rows(x: Array, target: Array, n: int) -> None:
+def shoot_rows(x: Array, target: Array, edge: Vector, reach: float, n: int) -> None:
     """Newton's method from each row of x, shape (N, 5), for a path to the target, in place.
 
-    The target is a pose (q, X, Y); paths are polygons of n steps. An infinite length marks failure.
+    The target is a pose (q, X, Y), the first pose at the edge of a set (see `linearise`); paths are
+    polygons of n steps. An infinite length marks failure.
     """
     goal = (target[0], target[1], target[2], target[3], target[4], target[5])
     m, step = np.empty((5, 6)), np.empty(5)
     for i in range(x.shape[0]):
-        shoot(x[i], goal, n, m, step)
+        shoot(x[i], goal, edge, reach, n, m, step)
 
 
 @kernel

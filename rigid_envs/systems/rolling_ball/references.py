@@ -18,6 +18,7 @@ from rigid_envs.systems.rolling_ball.tasks.ball_grid import BallGrid
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
 from rigid_envs.systems.rolling_ball.tasks.ball_park_goal import BallParkGoal
 from rigid_envs.systems.rolling_ball.tasks.ball_steer import BallSteer
+from rigid_envs.systems.rolling_ball.wavefront import least_lengths
 from rigid_envs.tasks.core import Core
 from rigid_envs.tasks.fields import span
 from rigid_envs.tasks.task import Task
@@ -31,11 +32,17 @@ _HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 def _roll(envs: RigidVectorEnv) -> Array:
     """Least length [m] of a path of a ball from its pose to within tolerance of its goal."""
     task: Any = envs.task
-    goal = envs.auxiliary(*task.aux_names) if task.n_goal else _HOME
-    y = envs.y
+    y, goal = envs.y, _goals(task, envs)
     distance = np.linalg.norm(y[:, 4:6] - goal[..., 4:], axis=-1) - task.position_tolerance
     angle = rotations.distance(y[:, :4], goal[..., :4]) - task.angle_tolerance
     return np.asarray(np.maximum(np.maximum(distance, _rows(envs, "radius") * angle), 0.0))
+
+
+def _least_roll(envs: RigidVectorEnv) -> Array:
+    """Length [m] of the shortest path found from its pose to within tolerance of its goal."""
+    task: Any = envs.task
+    tolerances = task.position_tolerance, task.angle_tolerance
+    return least_lengths(envs.y[:, :6], _goals(task, envs), _rows(envs, "radius"), *tolerances)
 
 
 def _zero(envs: RigidVectorEnv) -> Array:
@@ -58,6 +65,9 @@ def _moved(envs: RigidVectorEnv) -> Array:
 
 
 BALL_PATH = TheoreticalLimit("bound", "$max(distance, radius angle)$, less the tolerances", _roll)
+BALL_LEAST_PATH = TheoreticalLimit(
+    "numerics", "the shortest of the elasticae found that end within the tolerances", _least_roll
+)
 BALL_STEER_ERROR = TheoreticalLimit("bound", "no error; feasible from no offset only", _zero)
 GRID_PATH = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", _rolled)
 GRID_TIME = TheoreticalLimit("exact", "the fewest moves, by breadth-first search", _moved)

@@ -194,7 +194,7 @@ def _search(target: Array, back: Array) -> Array:
     there, here = _shortest(target), _shortest(back)
     x = there if there[4] <= here[4] else _turned_round(here)
     if np.isfinite(x[4]):
-        elastica.shoot_rows(x[None], target, _sides(x))
+        elastica.shoot_rows(x[None], target, (0.0, 0.0, 0.0), 1.0, _sides(x))
     if np.isinf(x[4]):
         raise ArithmeticError(f"no path turns a ball by {target[:4]} over {target[4:]} radii")
     return x
@@ -214,11 +214,11 @@ def _shortest(target: Array) -> Array:
     x = _starts(target)
     n = math.ceil(10 + math.hypot(*target[4:]))
     elastica.face_rows(x, target, n)
-    elastica.shoot_rows(x, target, n)
+    elastica.shoot_rows(x, target, (0.0, 0.0, 0.0), 1.0, n)
     _, different = np.unique(np.round(x[:, 4], 6), return_index=True)
     x = x[different[:_N_KEPT]]
     for finer in _FINER:
-        elastica.shoot_rows(x, target, math.ceil(finer * n))
+        elastica.shoot_rows(x, target, (0.0, 0.0, 0.0), 1.0, math.ceil(finer * n))
     return np.asarray(x[np.argmin(x[:, 4])])
 
 

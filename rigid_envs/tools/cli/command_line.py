@@ -35,7 +35,13 @@ def _parser() -> argparse.ArgumentParser:
         "rigid-envs",
         "Environments of rotating and rolling rigid bodies.",
         *(list_, describe_, collecting.compile_, watching.play_, docs_, bench_, verify_),
-        *(scoring.evaluate_, scoring.compare_, scoring.best_, scoring.leaderboard_),
+        *(
+            scoring.evaluate_,
+            scoring.compare_,
+            scoring.best_,
+            scoring.optima_,
+            scoring.leaderboard_,
+        ),
         *(collecting.dataset_, watching.frames_, watching.films_, watching.gallery_),
         watching.replay_,
     )

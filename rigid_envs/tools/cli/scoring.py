@@ -1,4 +1,4 @@
-"""Verbs of scores: evaluate, best, leaderboard, repeat, recheck, verify."""
+"""Verbs of scores: evaluate, best, optima, leaderboard, repeat, recheck, verify."""
 
 import argparse
 import itertools
@@ -14,7 +14,7 @@ import numpy as np
 from rigid_envs.base.checks import require
 from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.envs import lookup as catalogue
-from rigid_envs.scores import best, finding
+from rigid_envs.scores import best, finding, optima
 from rigid_envs.scores.comparison import KINDS, compare
 from rigid_envs.scores.evaluation import evaluate, make_rows, recheck, repeat
 from rigid_envs.scores.leaderboard import write_leaderboard
@@ -307,6 +307,24 @@ def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) ->
         best.write_best(best.file_of(env_id, folder), found.best)
         words.tell(f"{env_id}   {np.nanmean(found.best.costs):.6g}")
     return found.best
+
+
+@words.verb(words.option("ids", nargs="*", metavar="ID", help="these environments only"))
+def optima_(options: argparse.Namespace) -> None:
+    """Search for the least cost from each start, and keep it as data.
+
+    The search is over extremals, and finds what its first guesses lead to: its optima are no proof.
+    A minute or two for each id.
+    """
+    searched = [env_id for env_id, record in ENVIRONMENTS.items() if record.optimum]
+    for env_id in words.checked_ids(options.ids or searched):
+        words.tell(env_id)
+        begin = time.perf_counter()
+        found = optima.computed(env_id)
+        optima.write_optima(optima.file_of(env_id), env_id, found)
+        words.tell("")
+        print(f"{env_id}   {time.perf_counter() - begin:.1f} s   mean {found.mean():.6g}")
+    print(f"written to {optima.FOLDER}")
 
 
 _COMPARED = ("success_rate", "efficiency")

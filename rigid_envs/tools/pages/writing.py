@@ -15,6 +15,7 @@ from rigid_envs.base.files import markdown_table, write_atomic
 from rigid_envs.envs.lookup import checked_id, families, task_of
 from rigid_envs.envs.spaces import action_space, observation_space
 from rigid_envs.scores.best import best_known
+from rigid_envs.scores.optima import numerical_optima
 from rigid_envs.scores.proof import bounds_of
 from rigid_envs.scores.starts import TEST_SEED, cost_of
 from rigid_envs.tasks.fields import Entry, attitude_entries
@@ -98,11 +99,11 @@ def _cell(text: str, kind: str) -> str:
 # Table of the best known costs beside what theory allows, for a page of the documentation.
 
 PROVEN = 0.02
-"""Gap up to which the best known is called proven."""
+"""Gap up to which the best known is called the optimum, by proof or by numerics."""
 
 
 def best_costs() -> str:
-    """Table of the ids of this package: mean best known cost, mean bound, gap, and who found it."""
+    """Table of the ids of this package: mean best known cost, bound, optimum, gap, who found it."""
     rows = []
     for env_id in ENVIRONMENTS:
         known, cost = best_known(env_id), cost_of(env_id, task_of(env_id))
@@ -110,19 +111,23 @@ def best_costs() -> str:
             continue
         bounds = bounds_of(env_id, len(known.costs), TEST_SEED, {})
         mean = float(np.nanmean(known.costs))
-        bound, gap, verdict = "", "", "no bound is known"
-        if bounds is not None:
-            least = float(bounds.mean())
-            bound = f"{least:.4g}"
+        bound, optimum, gap, verdict = "", "", "", "no bound is known"
+        for limits, claim in ((bounds, "proven"), (numerical_optima(env_id), "numerics")):
+            if limits is None:
+                continue
+            least = float(limits.mean())
             gap = "" if least <= 0.0 else f"{max(100.0 * (mean / least - 1.0), 0.0):.1f} %"
-            proven = mean <= (1.0 + PROVEN) * least
-            verdict = "proven" if proven else "open"
+            verdict = claim if mean <= (1.0 + PROVEN) * least else "open"
+            if claim == "proven":
+                bound = f"{least:.4g}"
+            else:
+                optimum = f"{least:.4g}"
         shares = ", ".join(f"`{name}` {count}" for name, count in known.shares.items())
         name = env_id.removeprefix("RigidEnvs/").removesuffix("-v0")
         link = f"[`{name}`](environments/{name}.md)"
-        rows.append((link, cost.title, f"{mean:.4g}", bound, gap, verdict, shares))
-    names = ("id", "cost", "best known", "bound", "gap", "", "found by, of the starts")
-    return as_markdown(Table(names, rows, "<<>>><<"))
+        rows.append((link, cost.title, f"{mean:.4g}", bound, optimum, gap, verdict, shares))
+    names = ("id", "cost", "best known", "bound", "optimum", "gap", "", "found by, of the starts")
+    return as_markdown(Table(names, rows, "<<>>>><<"))
 
 
 # Environments as JSON values, for programs: `rigid-envs list --json` and `describe --json`.

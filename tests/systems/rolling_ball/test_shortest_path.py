@@ -27,6 +27,9 @@ LOOP = np.array([-2.0, 9.0, -20.0, 5.0, 6.0])
 HOME = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
 
 
+EXACTLY = (0.0, 0.0, 0.0)  # the set is one pose
+
+
 def traced(x, parts, n):
     out = np.empty((parts + 1, 8))
     elastica.trace(np.asarray(x, dtype=np.float64), n, out)
@@ -94,7 +97,7 @@ def test_a_path_in_parts_is_the_path():
 
 def linearised(x, target, n=10):
     m = np.empty((5, 6))
-    missed = elastica.linearise(tuple(x), tuple(target), n, m)
+    missed = elastica.linearise(tuple(x), tuple(target), EXACTLY, n, m)
     np.testing.assert_array_equal(missed, np.max(np.abs(m[:, 5])))
     return m
 
@@ -113,7 +116,7 @@ def test_derivatives_are_those_of_what_is_missed(x):
 @pytest.mark.parametrize("x", [WAVE, LOOP])
 def test_newtons_method_finds_back_to_a_path(x):
     rows = x + 0.03 * np.random.default_rng(0).uniform(-1.0, 1.0, (20, 5))
-    elastica.shoot_rows(rows, pose(x, 30), 30)
+    elastica.shoot_rows(rows, pose(x, 30), EXACTLY, 1.0, 30)
     # to 1e-12 of the pose, times the condition of the equations, below 100 here
     np.testing.assert_allclose(rows, np.broadcast_to(x, (20, 5)), atol=1e-10)
 
@@ -121,7 +124,7 @@ def test_newtons_method_finds_back_to_a_path(x):
 def test_where_newtons_method_finds_no_path_the_length_is_infinite():
     far = np.array([1.0, 0.0, 0.0, 0.0, 1e6, 0.0])
     rows = WAVE[None].copy()
-    elastica.shoot_rows(rows, far, 10)
+    elastica.shoot_rows(rows, far, EXACTLY, 1.0, 10)
     assert np.isinf(rows[0, 4])
 
 
