@@ -355,7 +355,7 @@ def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypat
     assert missing in capsys.readouterr().err
 
 
-def test_a_ball_is_planned_along_extremals_alone_better_than_was_known(monkeypatch):
+def test_a_ball_is_planned_along_extremals_alone_nearly_as_well_as_the_optimum(monkeypatch):
     few = finding.RECIPES["BallPark"]._replace(n_rounds=24, n_hops=0)
     monkeypatch.setitem(finding.RECIPES, "BallPark", few)
     monkeypatch.setattr(references, "least_paths", partial(least_paths, n_rays=1000))
