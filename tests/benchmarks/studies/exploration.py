@@ -399,7 +399,9 @@ def draw(found):
     axes.axhline(1.0, color=INK, lw=0.8)
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.set_xticks(shown := sorted({s for _, _, s in groups if s}), map(str, shown))
+    axes.minorticks_off()
     axes.set_xlabel("standard deviation of the actions in training")
-    dress(axes, "effort above the bound (dotted: along b), over it")
+    dress(axes, "gap (dotted: its part along b)")
     axes.legend(frameon=False, fontsize=8)
     return figure
