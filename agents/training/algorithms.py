@@ -269,12 +269,17 @@ def iterate(model: Any, config: Config, callback: BaseCallback) -> None:
         _iterate_taught(model, config)
 
 
+def _learn(model: PPO, config: Config) -> None:
+    """The gradient steps of an update, at the learning rate of now."""
+    model._update_current_progress_remaining(model.num_timesteps, config.total_timesteps)
+    model.train()
+
+
 def _iterate_taught(model: DAgger, config: DAggerConfig) -> None:
     """`n_steps` of every row, then `gradient_steps` of the regression."""
     rows: Any = model.env
     model.collect(rows.unwrapped.venv.unwrapped)
-    model._update_current_progress_remaining(model.num_timesteps, config.total_timesteps)
-    model.train()
+    _learn(model, config)
 
 
 def _iterate_on_policy(model: PPO, config: PPOConfig, callback: BaseCallback) -> None:
@@ -286,8 +291,7 @@ def _iterate_on_policy(model: PPO, config: PPOConfig, callback: BaseCallback) ->
         with torch.no_grad():
             model.policy.log_std.fill_(start + share * (end - start))
     model.collect_rollouts(model.env, callback, model.rollout_buffer, model.n_steps)
-    model._update_current_progress_remaining(model.num_timesteps, config.total_timesteps)
-    model.train()
+    _learn(model, config)
 
 
 def _iterate_off_policy(
