@@ -168,9 +168,9 @@ def read_best(file: Path) -> Best:
     with files.read_document(file, FORMAT, _LIMIT, "write it anew: rigid-envs best") as data:
         own = files.checked_values(data, _KINDS)
         costs = files.column(data["costs"], "costs")
-        evaluation_set = _evaluation_set(len(costs))
-        require(own["evaluation_set"] == evaluation_set, own["evaluation_set"], "evaluation_set",
-                f"{evaluation_set}, as there are costs")  # fmt: skip
+        expected = evaluation_set(len(costs))
+        require(own["evaluation_set"] == expected, own["evaluation_set"], "evaluation_set",
+                f"{expected}, as there are costs")  # fmt: skip
         names = dict(enumerate(own["finders"])) | {-1: ""}
         finders = tuple(names[k] for k in data["finder"])
         require(all(type(name) is str for name in finders), own["finders"], "finders", "names")
@@ -184,7 +184,8 @@ def read_best(file: Path) -> Best:
         return Best(own["env_id"], own["cost"], costs, finders, own["policies"], own["provenance"])
 
 
-def _evaluation_set(n: int) -> dict[str, int]:
+def evaluation_set(n: int) -> dict[str, int]:
+    """What a file says of the starts that its n costs are of."""
     return {"version": VERSION, "seed": TEST_SEED, "starts": n}
 
 
@@ -199,7 +200,7 @@ def write_best(file: Path, known: Best) -> None:
     data: dict[str, Any] = {
         "format": FORMAT,
         "env_id": known.env_id,
-        "evaluation_set": _evaluation_set(len(known.costs)),
+        "evaluation_set": evaluation_set(len(known.costs)),
         "provenance": dict(known.provenance),
         "cost": known.cost,
         "policies": {name: dict(summary) for name, summary in known.policies.items()},

@@ -17,8 +17,9 @@ from rigid_envs.base import files
 from rigid_envs.base.checks import Array, Singles, require
 from rigid_envs.engine.provenance import KINDS, provenance
 from rigid_envs.envs.shells import RigidVectorEnv
+from rigid_envs.scores.best import evaluation_set, file_of
 from rigid_envs.scores.proof import registered_rows
-from rigid_envs.scores.starts import TEST_SEED, VERSION, evaluation_seeds, metrics_of
+from rigid_envs.scores.starts import evaluation_seeds, metrics_of
 from rigid_envs.tasks.registry import ENVIRONMENTS, load
 
 FORMAT = "rigid-envs optima 1"
@@ -57,11 +58,6 @@ def searched(env_id: str, known: Singles) -> tuple[Array, Array]:
     return search(envs, known.astype(np.float64))
 
 
-def file_of(env_id: str, folder: Path = FOLDER) -> Path:
-    """File of an id: that of `RigidEnvs/BallPark-v0` is `BallPark-v0.json`."""
-    return folder / f"{env_id.rpartition('/')[2]}.json"
-
-
 @cache
 def numerical_optima(env_id: str) -> Array | None:
     """The data of an id that come with the package, shape (n,); None where there are none.
@@ -69,7 +65,7 @@ def numerical_optima(env_id: str) -> Array | None:
     Args:
         env_id: Gymnasium's id.
     """
-    file = file_of(env_id)
+    file = file_of(env_id, FOLDER)
     return read_optima(file) if ENVIRONMENTS[env_id].optimum and file.exists() else None
 
 
@@ -84,7 +80,7 @@ def read_optima(file: Path) -> Array:
     """
     with files.read_document(file, FORMAT, _LIMIT, "write it anew: rigid-envs optima") as data:
         own, optima = files.checked_values(data, _KINDS), files.column(data["optima"], "optima")
-        expected = _evaluation_set(len(optima))
+        expected = evaluation_set(len(optima))
         require(own["evaluation_set"] == expected, own["evaluation_set"], "evaluation_set",
                 f"{expected}, as there are optima")  # fmt: skip
         require(bool((optima >= 0.0).all()), optima, "optima", "numbers from 0")
@@ -102,14 +98,10 @@ def write_optima(file: Path, env_id: str, optima: Array) -> None:
     data: dict[str, Any] = {
         "format": FORMAT,
         "env_id": env_id,
-        "evaluation_set": _evaluation_set(len(optima)),
+        "evaluation_set": evaluation_set(len(optima)),
         "provenance": provenance(),
         "cost": metrics_of(env_id)[0].name,
         "optima": optima.tolist(),
     }
     file.parent.mkdir(parents=True, exist_ok=True)
     files.write_document(file, data)
-
-
-def _evaluation_set(n: int) -> dict[str, int]:
-    return {"version": VERSION, "seed": TEST_SEED, "starts": n}

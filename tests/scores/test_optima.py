@@ -5,7 +5,7 @@ import pytest
 
 from rigid_envs.base.files import DamagedFileError
 from rigid_envs.scores import optima
-from rigid_envs.scores.best import PLANS_FOLDER, best_known
+from rigid_envs.scores.best import PLANS_FOLDER, best_known, file_of
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.finding import of_plans, stored_plans
 from rigid_envs.scores.starts import N_STARTS
@@ -16,7 +16,7 @@ PARK = "RigidEnvs/BallPark-v0"
 
 def test_every_id_with_a_search_has_its_optima():
     with_one = {env_id for env_id, record in ENVIRONMENTS.items() if record.optimum}
-    assert {optima.file_of(env_id).name for env_id in with_one} == {
+    assert {file_of(env_id).name for env_id in with_one} == {
         file.name for file in optima.FOLDER.iterdir()
     }
     assert all(len(optima.numerical_optima(env_id)) == N_STARTS for env_id in with_one)
@@ -39,14 +39,14 @@ def test_where_there_is_no_search_it_says_where_there_is_one():
 
 
 def test_a_file_is_read_as_it_was_written(tmp_path):
-    file, values = optima.file_of(PARK, tmp_path / "new"), np.array([0.0, 1.5, 1.0 / 3.0])
+    file, values = file_of(PARK, tmp_path / "new"), np.array([0.0, 1.5, 1.0 / 3.0])
     optima.write_optima(file, PARK, values)
     np.testing.assert_array_equal(optima.read_optima(file), values)
 
 
 @pytest.mark.parametrize(("old", "new"), [('"starts":3', '"starts":4'), ("1.5", "-1.5")])
 def test_a_file_that_was_changed_is_refused(tmp_path, old, new):
-    file = optima.file_of(PARK, tmp_path)
+    file = file_of(PARK, tmp_path)
     optima.write_optima(file, PARK, np.array([0.0, 1.5, 1.0 / 3.0]))
     text = file.read_text()
     assert text.replace(": ", ":").count(old) == 1

@@ -28,10 +28,12 @@ from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball import elastica
 from rigid_envs.systems.rolling_ball.controllers import difference
+from rigid_envs.systems.rolling_ball.shortest_path import sides
 from rigid_envs.systems.rolling_ball.wavefront import N_RAYS, Wavefront
 
 _REACHES = (1.0, 0.2, 0.05)  # of Newton's method: each finds some paths that others miss
 _FINER = (1.0, 1.25, 1.5, 2.0, 3.0, 4.0)  # polygons, by and by
+_DENSITY = 40.0  # of the steps of a path, which lead to its end within 1e-9; see `sides`
 _N_KEPT = 32  # of the shortest paths found by coarse polygons
 _N_SLOPES = 201  # of arcs, between which the equation of arcs changes its sign once
 _N_TURNS = 2  # whole turns of the ball along an arc at most
@@ -75,16 +77,10 @@ def _led(
         x = x[np.isfinite(x[:, 4]) & (x[:, 4] > 0.0)]
         x = x[np.unique(np.round(x[:, :0:-1], 6), axis=0, return_index=True)[1][:_N_KEPT]]
     for row in x:
-        elastica.shoot_rows(row[None], target, edge, reach, _sides(row))
+        elastica.shoot_rows(row[None], target, edge, reach, sides(row, _DENSITY))
         if math.isfinite(row[4]) and row[4] > 0.0:
             return [row]
     return []
-
-
-def _sides(x: Array) -> int:
-    """Steps that lead to the end of a path within 1e-9; see `shortest_path`."""
-    rate = math.sqrt(x[1] ** 2 + 4.0 * math.hypot(x[2], x[3]) + x[4] ** 2)
-    return math.ceil(40.0 * rate) + 1
 
 
 def _straight(target: Array, edge: tuple[float, float]) -> Array:
@@ -187,7 +183,7 @@ def rolls_along(x: Array, n: int) -> Array:
         n: Number of parts.
     """
     y = np.empty((n + 1, 8))
-    elastica.trace(x, math.ceil(_sides(x) / n), y)
+    elastica.trace(x, math.ceil(sides(x, _DENSITY) / n), y)
     return np.diff(_seen(y[::-1, 6:].T, -x[0]).T, axis=0)
 
 

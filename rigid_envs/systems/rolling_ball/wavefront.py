@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball import elastica
+from rigid_envs.systems.rolling_ball.shortest_path import evenly
 
 N_RAYS = 200_000
 _N_PARTS = 40  # of a ray, each a guess but for the first ones, which shorter rays have too
@@ -24,18 +25,9 @@ _N_GUESSES = 120  # rays that they are of
 _NEARER = 20.0  # radii of length that a guess may be longer where it is one nearer
 
 
-def _evenly(n: int, dimensions: int) -> Array:
-    """Points of the unit cube, spread evenly: powers of the root of ``g^(d + 1) = g + 1``."""
-    g = 1.5
-    for _ in range(100):
-        g = (1.0 + g) ** (1.0 / (dimensions + 1))
-    powers = g ** -np.arange(1.0, dimensions + 1.0)
-    return np.asarray((0.5 + np.arange(1.0, n + 1.0)[:, None] * powers) % 1.0)
-
-
 def _bent(n: int) -> Array:
     """Rows of `elastica` that bend in all ways."""
-    u = _evenly(n, 4)
+    u = evenly(n, 4)
     length = 1.5 * 8.0 ** u[:, 3]
     rate = 1.0 + (np.maximum(14.0, 2.0 * length) - 1.0) * u[:, 1]
     swing = np.maximum(16.0, 3.0 * length) * (2.0 * u[:, 0] - 1.0)
@@ -50,7 +42,7 @@ def _passing(n: int) -> Array:
     They depend so much on how they begin that those of `_bent` are too few: they are begun in the
     middle, run back, and run forward from there.
     """
-    u = _evenly(n, 5)
+    u = evenly(n, 5)
     half, pull, longer = 0.4 + 2.6 * u[:, 0], 0.3 * 100.0 ** u[:, 1], 1.5 + 2.0 * u[:, 4]
     v = 2.0 * u[:, 2:4] - 1.0
     off, turning = (1.5 * np.sign(v) * 10.0 ** (-3.5 * np.abs(v))).T
@@ -73,10 +65,9 @@ def _traced(x: Array, parts: int) -> Array:
 
 def _edge(x: Array, edge: tuple[float, float]) -> tuple[Array, Array]:
     """Attitude and position where rays leave the set, in axes along their first heading."""
-    pull = x[:, 2:4] / x[:, 4:] ** 2
-    moment = np.stack([pull[:, 1], 1.0 - pull[:, 0], -x[:, 1] / x[:, 4]], axis=-1)
-    ahead, axis = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (pull, moment))
-    return rotations.exp(edge[1] * axis), edge[0] * ahead
+    both = np.array([elastica.costates(tuple(row)) for row in x])  # (n, 2, 3)
+    force, axis = (both / np.linalg.norm(both, axis=-1, keepdims=True)).swapaxes(0, 1)
+    return rotations.exp(edge[1] * axis), edge[0] * force[:, :2]
 
 
 def _invariants(q: Array, p: Array) -> Array:

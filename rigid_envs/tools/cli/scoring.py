@@ -325,7 +325,7 @@ def optima_(options: argparse.Namespace) -> None:
         found, _ = optima.searched(
             env_id, finding.stored_plans(env_id, N_STARTS, best.PLANS_FOLDER)
         )
-        optima.write_optima(optima.file_of(env_id), env_id, found)
+        optima.write_optima(best.file_of(env_id, optima.FOLDER), env_id, found)
         words.tell("")
         print(f"{env_id}   {time.perf_counter() - begin:.1f} s   mean {found.mean():.6g}")
     print(f"written to {optima.FOLDER}")
