@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize
+from scipy.stats import qmc
 
 from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.rolling_ball import elastica
 from rigid_envs.systems.rolling_ball.controllers import three_rolls
-from rigid_envs.systems.rolling_ball.shortest_path import ShortestPath, shortest_path
+from rigid_envs.systems.rolling_ball.shortest_path import ShortestPath, evenly, shortest_path
 from tests.refusals import refuses
 from tests.systems.measures import seeds
 
@@ -418,6 +419,19 @@ def test_polygons_along_paths_park_every_ball_of_the_environment():
 
 def test_a_path_that_coarse_polygons_lead_past_is_found():
     assert np.max(shortest_path(random_pose(1155), HOME).missed()) < EXACT
+
+
+def test_guesses_are_spread_more_evenly_than_random_points():
+    # in one dimension: the golden section, whose 144 points leave gaps of two lengths, F_10 and F_11
+    golden = 0.5 * (1.0 + math.sqrt(5.0))
+    for gap in np.diff(np.sort(evenly(144, 1)[:, 0])):
+        assert math.isclose(gap, golden**-10) or math.isclose(gap, golden**-11)
+    for dimensions in (2, 3, 4, 5):
+        points = evenly(144, dimensions)
+        assert points.shape == (144, dimensions)
+        # the mean of the squared wrap-around discrepancy (Hickernell) over random points
+        random = (1.5**dimensions - (4.0 / 3.0) ** dimensions) / 144
+        assert qmc.discrepancy(points, method="WD") < 0.5 * random
 
 
 def test_what_has_no_path_or_too_few_sides_is_refused():
