@@ -185,7 +185,7 @@ _ours(
     300,
     "effort success return time error",
     error=ErrorTerm("axis", 10.0, "angle of the spin from e2 [rad]"),
-    controllers={"energy_casimir": "single_torque"},
+    controllers={"transfer": "single_transfer", "energy_casimir": "single_torque"},
     limits={"effort": "AXIS_EFFORT"},
     decoder="intermediate_axis",
     conditions="ALIGNED",
@@ -233,7 +233,7 @@ _ours(
     300,
     "effort success return time error",
     error=_TILT,
-    controllers={"lqr": "upright_balance"},
+    controllers={"transfer": "sleep_transfer", "lqr": "upright_balance"},
     conditions="UPRIGHT",
 )
 _ours(
@@ -330,7 +330,7 @@ _ours(
     controllers={"lqr": "asymmetric_balance"},
     conditions="UPRIGHT_IN_BODY",
 )
-_variant("SleepingTopRandom", "SleepingTop")
+_variant("SleepingTopRandom", "SleepingTop", without="transfer")
 _ours(
     "upright_coin:CoinPark",
     100,

@@ -158,12 +158,18 @@ def minimum_fuel(task: IntermediateAxis) -> Controller:
 
 
 def polhode_transfer(task: IntermediateAxis) -> Controller:
-    """Least impulses to 0.97 of the tolerance, with free flights between them."""
-    return feedback(
-        PolhodeTransfer(
-            system_of(task), task.spin_rate, task.torque, task.dt, tolerance=0.97 * task.tolerance
-        )
+    """Least impulses to 0.9 of the tolerance, with free flights between them."""
+    law = PolhodeTransfer(
+        system_of(task),
+        task.spin_rate,
+        task.torque,
+        task.dt,
+        tolerance=0.9 * task.tolerance,
+        efficiency=0.98,
+        clearance=0.012,
+        reach=0.14,
     )
+    return feedback(law)
 
 
 def spin_regulator(task: IntermediateAxis) -> Controller:
@@ -185,6 +191,22 @@ def single_torque(
     return feedback(
         controllers.SingleTorque(system_of(task), task.spin_rate, task.torque, strength, damping)
     )
+
+
+def single_transfer(task: IntermediateAxisSingle) -> Controller:
+    """Least impulses across the ray by one torque, at any rate of the spin."""
+    law = PolhodeTransfer(
+        system_of(task),
+        task.spin_rate,
+        task.torque,
+        task.dt,
+        tolerance=1.0,
+        efficiency=0.98,
+        clearance=0.016,
+        reach=0.14,
+        axes=(False, False, True),
+    )
+    return lambda states: law(states.y)[..., 2:]
 
 
 def weak_transfer(task: SpinCapture) -> Controller:
@@ -215,14 +237,16 @@ def separatrix_steering(task: SpinCapture) -> Controller:
 
 
 def timed_transfer(task: AxisFlip) -> Controller:
-    """The flip by itself, in time, after the least impulses; 0.65 and 0.8 of the tolerance."""
+    """The flip by itself, in time, after the least impulses; 0.8 and 0.7 of the tolerance."""
     law = TimedTransfer(
         system_of(task),
         task.spin_rate,
         task.torque,
         task.dt,
-        tolerance=0.8 * task.tolerance,
-        margin=0.65 * task.tolerance,
+        tolerance=0.7 * task.tolerance,
+        margin=0.8 * task.tolerance,
+        efficiency=0.99,
+        clearance=0.003,
     )
     return feedback(law, "time_left")
 

@@ -75,6 +75,10 @@ class Transfer(SpinController):
     Near e2, where ``|d| < reach Omega`` (see `Saddle`), d is cancelled by the least impulse within
     a period.
 
+    One actuator moves the point along one line. Then D is the way across the ray alone, and is
+    worth its impulse if ``|D|`` is at least `efficiency` times the most that an impulse of that
+    size brings anywhere; the tolerance should leave the rate free.
+
     Attributes:
         body: rigid body with I1 < I2 < I3.
         rate: Omega of the spin about e2 [rad/s].
@@ -140,10 +144,14 @@ class Transfer(SpinController):
         leaving = omega[..., 0] * omega[..., 2] < 0.0
         clear = np.copysign(self.clearance * self.body.I2 * self.rate, place[..., 1])
         goal = np.stack([self._along(place[..., 0]), np.where(leaving, clear, 0.0)], axis=-1)
-        D = goal - place
-        inverse = np.linalg.pinv(rays(self.body.moments) @ self._derivatives(omega), rcond=1e-9)
-        impulse = (inverse @ D[..., None])[..., 0]
-        least = self.efficiency * np.linalg.norm(impulse, axis=-1)
+        led = slice(1, 2) if sum(self.axes) == 1 else slice(0, 2)
+        axes = rays(self.body.moments)[led]
+        D = (goal - place)[..., led]
+        impulse = (np.linalg.pinv(axes @ self._derivatives(omega), rcond=1e-9) @ D[..., None])[
+            ..., 0
+        ]
+        most = np.linalg.norm(axes * (self.axes[0], self.axes[2]), 2)
+        least = self.efficiency * most * np.linalg.norm(impulse, axis=-1)
         return np.where((np.linalg.norm(D, axis=-1) >= least)[..., None], impulse, 0.0)
 
     def _derivatives(self, omega: checks.Array) -> checks.Array:

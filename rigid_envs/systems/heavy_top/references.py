@@ -16,6 +16,7 @@ from rigid_envs.systems.heavy_top.tasks.pivot_top import PivotTop
 from rigid_envs.systems.heavy_top.tasks.sleeping_top import SleepingTop
 from rigid_envs.systems.heavy_top.tasks.top_precession import TopPrecession
 from rigid_envs.systems.heavy_top.tasks.top_random import TopRandom
+from rigid_envs.systems.heavy_top.transfer import SleepTransfer
 from rigid_envs.tasks.core import Core
 
 # Controllers for the tasks of a heavy top; of drawn parameters they know the middle.
@@ -24,6 +25,18 @@ from rigid_envs.tasks.core import Core
 def upright_balance(task: SleepingTop) -> Controller:
     """Linear-quadratic regulator of the upright top by torque."""
     return feedback(controllers.UprightBalance(system_of(task), task.torque, task.dt))
+
+
+def sleep_transfer(task: SleepingTop) -> Controller:
+    """A fall and a rise onto the motion that comes to rest upright, where they are in time."""
+    law = SleepTransfer(
+        system_of(task),
+        task.torque,
+        task.dt,
+        patience=task.registered_steps() * task.dt - task.hold - task.dt,
+        tolerance=0.98 * task.tolerance,
+    )
+    return feedback(law)
 
 
 def pivot_balance(task: PivotTop) -> Controller:

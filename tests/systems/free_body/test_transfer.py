@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+import rigid_envs
 from rigid_envs.control.linear import simulate_closed_loop
 from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.scores.best import best_known, limit_of
@@ -98,6 +99,31 @@ def test_weak_torque_brings_every_spin_to_e2_at_hardly_more_than_the_distance():
     states = simulate_closed_loop(step, y, 4_000)
     assert (np.linalg.norm(controller.error(states[-1]), axis=-1) < 0.06).mean() > 0.95
     assert spent.sum() < 1.15 * controller.distance(y).sum()
+
+
+def test_one_torque_crosses_the_ray_where_it_does_most():
+    task = {"n": 400, "seed": 12345}
+    found = rigid_envs.evaluate("IntermediateAxisSingle", "transfer", **task)
+    held = rigid_envs.evaluate("IntermediateAxisSingle", "energy_casimir", **task)
+    assert found.successes.mean() >= 0.995
+    assert found.costs.mean() < 0.35 * held.costs.mean()
+    law = PolhodeTransfer(BODY, RATE, 1.0, 1e-4, 1.0, axes=(False, False, True))
+    y = spinning(np.random.default_rng(0), (5000,))
+    action = law(y)
+    assert (action[:, :2] == 0.0).all()
+    after = y.copy()
+    after[:, 4:7] += law.torque * law.dt * action / BODY.moments
+    across = rays(BODY.moments)[1]
+    before, now = (
+        polhode_point(BODY.moments, BODY.moments * x[:, 4:7]) @ across for x in (y, after)
+    )
+    impulse = law.torque * law.dt * np.abs(action[:, 2])
+    steered = law.steers(y) & (impulse > 0.0)
+    assert 500 < steered.sum() < 4500
+    most = abs(across[1])  # of the change by an impulse of 1 about e3
+    moved = np.abs(now - before)[steered]
+    assert (moved <= most * impulse[steered] * (1.0 + 1e-9)).all()
+    assert (moved >= 0.95 * most * impulse[steered]).all()
 
 
 def test_a_flip_comes_in_time_and_is_pushed_only_if_it_would_be_late():

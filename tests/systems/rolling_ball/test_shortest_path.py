@@ -422,7 +422,7 @@ def test_a_path_that_coarse_polygons_lead_past_is_found():
 
 
 def test_guesses_are_spread_more_evenly_than_random_points():
-    # in one dimension: the golden section, whose 144 points leave gaps of two lengths, F_10 and F_11
+    # in one dimension the golden section, whose 144 points leave gaps of two lengths
     golden = 0.5 * (1.0 + math.sqrt(5.0))
     for gap in np.diff(np.sort(evenly(144, 1)[:, 0])):
         assert math.isclose(gap, golden**-10) or math.isclose(gap, golden**-11)

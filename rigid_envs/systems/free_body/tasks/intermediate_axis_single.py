@@ -81,8 +81,10 @@ class IntermediateAxisSingle(PerturbedSpinTask):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
-        `energy_casimir` is energy-Casimir feedback, $tau3 = eps omega1 omega2 - k omega3$ with $eps
-        = 3 (I2 - I1)$ and $k = 5/3 I3 Omega$.
+        `transfer` lets the body turn over and back, and gives its impulses where the free motion
+        makes them do most: see `rigid_envs.systems.free_body.transfer.PolhodeTransfer`.
+        `energy_casimir` keeps the spin beside $e2$ by energy-Casimir feedback, $tau3 = eps omega1
+        omega2 - k omega3$ with $eps = 3 (I2 - I1)$ and $k = 5/3 I3 Omega$.
 
         Threshold: $eps = I2 - I1$. Torque about $e3$ moves one of the two numbers that free motion
         keeps, so no torque needs less than the change of that one: see

@@ -178,6 +178,8 @@ class SleepingTop(shared.SymmetricTopTask):
         below `tolerance` throughout the last `hold` seconds.
 
     Reference:
+        `transfer` lets the top fall and rise again, where that is in time, and gives its impulses
+        where they cost least: see `rigid_envs.systems.heavy_top.transfer.SleepTransfer`.
         `lqr` is the linear-quadratic regulator of the upright top, linear in $e$ and $e'$ with a
         gain for every spin.
 
