@@ -242,9 +242,11 @@ class Figures(NamedTuple):
 
 
 def figures_of(look, gamma):
-    """Of a look of a record."""
+    """Of a look of a record; all NaN where the policy has the same return from all states."""
     value, own, optimal = (np.array(look[name]) for name in ("value", "own", "optimal"))
     scale = own.std()
+    if scale < 1e-9 * np.abs(own).max():  # rounding alone
+        return Figures(*[np.nan] * len(Figures._fields))
     return Figures(
         bias=float((value - own).mean() / scale),
         own=float(spearmanr(value, own)[0]),
@@ -272,7 +274,7 @@ def results(found):
     curves = curves_of(found)
     for env_id, (steps, figures) in curves.items():
         for k in sorted({0, len(steps) // 4, len(steps) // 2, len(steps) - 1}):
-            mean = [f"{x:.2f}" for x in figures[:, k].mean(axis=0)]
+            mean = [f"{x:.2f}" for x in np.nanmean(figures[:, k], axis=0)]
             lines.append((f"`{env_id}`", f"{steps[k]:,}", *mean))
     header = ("environment", "steps", "bias", "rank, own", "rank, optimal", "regret",
               "explained", "said", "inferred")  # fmt: skip
@@ -280,7 +282,7 @@ def results(found):
 
 
 _TABLE = """Means over the seeds. Bias, regret and the bias that is inferred from the targets are in
-standard deviations of the return."""
+standard deviations of the return; a policy with the same return from all states is left out."""
 
 
 def _verdicts(found):
@@ -334,7 +336,7 @@ def draw(found):
     for axes, (title, names) in zip(panels, shown.items(), strict=True):
         for number, (env_id, (steps, figures)) in enumerate(curves.items()):
             for name, style in zip(names, ("-", ":"), strict=True):
-                column = figures[:, :, Figures._fields.index(name)].mean(axis=0)
+                column = np.nanmean(figures[:, :, Figures._fields.index(name)], axis=0)
                 label = env_id if style == "-" else None
                 thousands = np.array(steps) / 1000.0
                 axes.plot(thousands, column, style, color=look(number)[0], label=label)
