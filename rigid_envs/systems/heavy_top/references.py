@@ -33,7 +33,7 @@ def sleep_transfer(task: SleepingTop) -> Controller:
         system_of(task),
         task.torque,
         task.dt,
-        patience=task.registered_steps() * task.dt - task.hold - task.dt,
+        patience=task.registered_steps() * task.dt - task.hold - 2.0 * task.dt,
         tolerance=0.98 * task.tolerance,
     )
     return feedback(law)
