@@ -368,7 +368,8 @@ def _compared(known: best.Best) -> list[tuple[str, ...]]:
         rows.append((found, now["efficiency"], off, off <= _TOLERANCE))
     if best.missing_plans(known.env_id) is None:
         found, own = finding.replayed(known.env_id), ~np.isnan(known.costs)
-        off = float(np.max(np.abs(found.costs[own] / known.costs[own] - 1.0), initial=0.0))
+        size = np.where(known.costs > 0.0, known.costs, 1.0)[own]  # who rests may pay nothing
+        off = float(np.max(np.abs(found.costs[own] - known.costs[own]) / size, initial=0.0))
         met = bool(found.successes[own].all()) and off <= _ROUNDING
         rows.append((replace(found, policy="best known"), float(own.mean()), off, met))
     return [
