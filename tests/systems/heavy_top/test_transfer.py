@@ -7,6 +7,7 @@ import pytest
 
 import rigid_envs
 from rigid_envs.mechanics import rotations
+from rigid_envs.systems.heavy_top.controllers import axis_of
 from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.heavy_top.transfer import SleepTransfer
 from tests.refusals import refuses
@@ -88,20 +89,26 @@ def test_impulses_are_given_where_the_least_brings_all_that_is_needed():
     assert len(away) > 1000
 
 
-@pytest.mark.parametrize("tilt", [0.02, 0.05, 0.1])
-def test_a_fall_that_would_be_late_is_hurried_or_the_tilt_is_cancelled(tilt):
-    law, y = controller(), released(tilt)
-    J = law.torque * law.dt * law(y)[0] + 1j * law.torque * law.dt * law(y)[1]
-    half = SLOW * math.sqrt(FALL)  # kappa / 2
-    u = tilt * (GROWTH - 1j * half)
-    after = u - 1j * J / TOP.I1
+@pytest.mark.parametrize(("share", "left"), [(0.3, 0.0), (0.7, 1.02), (1.5, 1.5)])
+def test_a_fall_that_would_be_late_is_hurried_or_the_tilt_is_cancelled(share, left):
+    law = controller(torque=2.0, dt=0.05)
     in_time = 32.0 * GROWTH**3 / (FALL * 0.05) * math.exp(-8.0 * GROWTH)
-    if abs(u) > in_time:
-        assert J == 0.0
-    elif abs(u) > 0.54 * in_time:
-        assert abs(after) == pytest.approx(1.02 * in_time, rel=0.01)
-    else:
-        assert abs(after) < 0.01 * abs(u)
+    half = SLOW * math.sqrt(FALL)  # kappa / 2
+    y = released(share * in_time / math.sqrt(FALL))
+    np.testing.assert_allclose(growing(y, half), share * in_time, rtol=1e-3)
+    u = np.zeros(8)
+    u[3:5] = law.torque * law(y)
+    assert (np.linalg.norm(u) > 0.0) == (share < 1.0)
+    after = growing(TOP.advance(y, u, law.dt, 4), half)
+    if share < 1.0:
+        grown = math.exp(GROWTH * law.dt)  # as if u had had that size before the period
+        assert after == pytest.approx(left * in_time * grown, abs=0.002 * in_time)
+
+
+def growing(y, half):
+    """Size of the growing part of the lean [1/s]."""
+    e, rate = axis_of(y)[:2]
+    return abs(rate - 1j * half * e + GROWTH * e)
 
 
 def test_a_fast_top_is_left_alone():
