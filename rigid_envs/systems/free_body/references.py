@@ -25,6 +25,7 @@ from rigid_envs.systems.free_body.tasks.detumble import Detumble
 from rigid_envs.systems.free_body.tasks.intermediate_axis import IntermediateAxis
 from rigid_envs.systems.free_body.tasks.intermediate_axis_single import IntermediateAxisSingle
 from rigid_envs.systems.free_body.tasks.reorient import Reorient
+from rigid_envs.systems.free_body.tasks.shared import SpinTask
 from rigid_envs.systems.free_body.tasks.spin_capture import SpinCapture
 from rigid_envs.systems.free_body.transfer import (
     PolhodeTransfer,
@@ -157,19 +158,25 @@ def minimum_fuel(task: IntermediateAxis) -> Controller:
     return feedback(law)
 
 
-def polhode_transfer(task: IntermediateAxis) -> Controller:
-    """Least impulses to 0.9 of the tolerance, with free flights between them."""
-    law = PolhodeTransfer(
+def _transfer(task: SpinTask, tolerance: float, **more: Any) -> PolhodeTransfer:
+    """With the actuators that the task has."""
+    first, second, third = (torque > 0.0 for torque in task.torques())
+    return PolhodeTransfer(
         system_of(task),
         task.spin_rate,
         task.torque,
         task.dt,
-        tolerance=0.9 * task.tolerance,
-        efficiency=0.98,
-        clearance=0.012,
-        reach=0.14,
+        tolerance=tolerance,
+        axes=(first, second, third),
+        **more,
     )
-    return feedback(law)
+
+
+def polhode_transfer(task: IntermediateAxis) -> Controller:
+    """Least impulses to 0.9 of the tolerance, with free flights between them."""
+    return feedback(
+        _transfer(task, 0.9 * task.tolerance, efficiency=0.98, clearance=0.012, reach=0.14)
+    )
 
 
 def spin_regulator(task: IntermediateAxis) -> Controller:
@@ -195,35 +202,14 @@ def single_torque(
 
 def single_transfer(task: IntermediateAxisSingle) -> Controller:
     """Least impulses across the ray by one torque, at any rate of the spin."""
-    law = PolhodeTransfer(
-        system_of(task),
-        task.spin_rate,
-        task.torque,
-        task.dt,
-        tolerance=1.0,
-        efficiency=0.98,
-        clearance=0.016,
-        reach=0.14,
-        axes=(False, False, True),
-    )
+    law = _transfer(task, 1.0, efficiency=0.98, clearance=0.016, reach=0.14)
     return lambda states: law(states.y)[..., 2:]
 
 
 def weak_transfer(task: SpinCapture) -> Controller:
     """The same by weak torque, which has to be used for longer around the best places."""
-    first, second, third = (torque > 0.0 for torque in task.torques())
     return feedback(
-        PolhodeTransfer(
-            system_of(task),
-            task.spin_rate,
-            task.torque,
-            task.dt,
-            tolerance=0.97 * task.tolerance,
-            efficiency=0.8,
-            clearance=0.01,
-            reach=0.1,
-            axes=(first, second, third),
-        )
+        _transfer(task, 0.97 * task.tolerance, efficiency=0.8, clearance=0.01, reach=0.1)
     )
 
 

@@ -41,6 +41,19 @@ def axis_of(y: npt.ArrayLike) -> Complex:
     return np.asarray(plane[..., 0] + 1j * plane[..., 1])
 
 
+def check_balanced(top: HeavyTop) -> None:
+    """Refuse a top that no controller of symmetric tops can balance.
+
+    Args:
+        top: The top.
+
+    Raises:
+        ValueError: It is not symmetric, or cannot fall.
+    """
+    require(top.I1 == top.I2, top, "top", "a symmetric top, I1 = I2")
+    require(top.critical_spin > 0.0, top, "top", "a top that can fall, g and ell above 0")
+
+
 @dataclass(frozen=True)
 class TopBalance(CheckedFields, abc.ABC):
     """Keeps a symmetric top upright by linear feedback of `axis_of`, scheduled on its spin.
@@ -68,9 +81,7 @@ class TopBalance(CheckedFields, abc.ABC):
     def __post_init__(self) -> None:
         """Check the symmetry of the top and the numbers."""
         super().__post_init__()
-        require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
-        weighs = self.top.critical_spin > 0.0
-        require(weighs, self.top, "top", "a top that can fall, g and ell above 0")
+        check_balanced(self.top)
 
     @abc.abstractmethod
     def model(self, spin: float) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:

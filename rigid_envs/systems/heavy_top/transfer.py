@@ -6,10 +6,10 @@ from typing import Annotated
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, CheckedFields, positive, require
+from rigid_envs.base.checks import Array, CheckedFields, positive
 from rigid_envs.control.linear import clip_to_ball
 from rigid_envs.mechanics import rotations
-from rigid_envs.systems.heavy_top.controllers import Complex, axis_of
+from rigid_envs.systems.heavy_top.controllers import Complex, axis_of, check_balanced
 from rigid_envs.systems.heavy_top.system import HeavyTop
 
 _HEIGHTS = np.cos((np.arange(64) + 0.5) * np.pi / 64)  # cosines of tilts, where a nutation is seen
@@ -77,19 +77,18 @@ class SleepTransfer(CheckedFields):
     def __post_init__(self) -> None:
         """Check the symmetry of the top and the numbers."""
         super().__post_init__()
-        require(self.top.I1 == self.top.I2, self.top, "top", "a symmetric top, I1 = I2")
-        weighs = self.top.critical_spin > 0.0
-        require(weighs, self.top, "top", "a top that can fall, g and ell above 0")
+        check_balanced(self.top)
 
     def __call__(self, y: npt.ArrayLike) -> Array:
         """Actions, torques over the largest, in the disk, shape (..., 2), of states y (..., 11)."""
         rows = HeavyTop.checked_state(y)
-        growth, u, s = self._lean(rows)
+        exponent, u, s = self._lean(rows)
+        growth = exponent.real
         root = np.sqrt(self._fall)
         in_time = 32.0 * growth**3 / (self._fall * self.tolerance) * np.exp(-self.patience * growth)
         waits = (np.abs(s) < self.near * root) & (np.abs(u) < in_time)
         wanted = np.where(np.abs(u) > self.share * in_time, self.margin * in_time, 0.0)
-        tau = np.where(waits, self._towards(wanted, rows, growth, u), self._steer(rows) / self.dt)
+        tau = np.where(waits, self._towards(wanted, exponent, u), self._steer(rows) / self.dt)
         tau = np.where(growth > 0.0, tau, 0.0)
         return clip_to_ball(np.stack([tau.real, tau.imag], axis=-1) / self.torque)
 
@@ -110,17 +109,16 @@ class SleepTransfer(CheckedFields):
     def _fall(self) -> float:
         return self._weight / self.top.I1
 
-    def _lean(self, rows: Array) -> tuple[Array, Complex, Complex]:
-        """Growth rate [1/s], 0 above the critical spin; u and s [1/s]."""
+    def _lean(self, rows: Array) -> tuple[Complex, Complex, Complex]:
+        """Exponent growth + i kappa / 2, growth 0 above the critical spin; u and s [1/s]."""
         e, rate = np.moveaxis(axis_of(rows)[..., :2], -1, 0)
         half = 0.5 * self.top.I3 * rows[..., 6] / self.top.I1
         growth = np.sqrt(np.maximum(self._fall - half**2, 0.0))
         b = rate - 1j * half * e
-        return growth, b + growth * e, b - growth * e
+        return growth + 1j * half, b + growth * e, b - growth * e
 
-    def _towards(self, size: Array, rows: Array, growth: Array, u: Complex) -> Complex:
+    def _towards(self, size: Array, exponent: Complex, u: Complex) -> Complex:
         """Torques that give u a size within a period, in its direction, if no limit were."""
-        exponent = growth + 0.5j * self.top.I3 * rows[..., 6] / self.top.I1
         grown = np.exp(exponent * self.dt)
         change = grown * (1.0 - size / np.maximum(np.abs(u), 1e-300)) * u
         return np.asarray(-1j * self.top.I1 * change * exponent / (grown - 1.0))
