@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,15 @@ from rigid_envs.engine.provenance import KINDS
 from rigid_envs.envs.lookup import id_in_file, task_of
 from rigid_envs.scores.proof import best_of, objection, up_to_date
 from rigid_envs.scores.result import FORMAT, Evaluation
-from rigid_envs.scores.starts import N_STARTS, TEST_SEED, VERSION, Cost, cost_of
+from rigid_envs.scores.starts import (
+    FLOOR,
+    N_STARTS,
+    TEST_SEED,
+    VERSION,
+    Cost,
+    cost_of,
+    shared,
+)
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
 # Records of trained policies: how each was trained, and what came of it from every start.
@@ -133,7 +141,7 @@ def write_record(file: Path, record: Record) -> None:
 
 
 def read_record(file: Path) -> Record:
-    """Read a record.
+    """Read a record; of one of version 1, the starts that are in the evaluation set of now.
 
     Args:
         file: Its path.
@@ -146,8 +154,9 @@ def read_record(file: Path) -> Record:
     with files.read_document(file, RECORD_FORMAT, _RECORD_LIMIT, mend) as data:
         about = files.checked_values(data["evaluation"], _EVALUATION)
         own = files.checked_values(data, _PLAIN)
-        starts = about["version"], about["seed"]
-        require(starts == (VERSION, TEST_SEED), starts, "version, seed", f"{VERSION}, {TEST_SEED}")
+        version, seed = about["version"], about["seed"]
+        require(1 <= version <= VERSION, version, "version", f"1 to {VERSION}")
+        require(seed == TEST_SEED, seed, "seed", str(TEST_SEED))
         costs = exact_array(data["costs"], "costs", "n")
         successes = np.array([{"0": False, "1": True}[won] for won in data["successes"]])
         if not len(costs) == len(successes) == about["starts"]:
@@ -155,18 +164,23 @@ def read_record(file: Path) -> Record:
         n = len(files.column(own["curve"]["cost_mean"], "cost_mean"))
         exact_array([own["curve"][name] for name in _CURVE], "curve", len(_CURVE), n)
         own["env_id"] = id_in_file(own["env_id"])
-        return Record(**own, settings=about["settings"], successes=successes, costs=costs)
+        kept = shared(version, len(costs))
+        own |= {"settings": about["settings"], "successes": successes[kept], "costs": costs[kept]}
+        return Record(**own)
 
 
 def read_records(folder: Path) -> Iterator[Record]:
-    """All records below a folder that are of registered tasks and of the whole evaluation set.
+    """All records below a folder that are of registered tasks and of a whole evaluation set.
+
+    Of the set of version 1, these are the starts that are in that of now.
 
     Args:
         folder: See `record_file`.
     """
+    whole = {len(shared(version, N_STARTS)) for version in range(1, VERSION + 1)}
     for file in sorted(folder.glob("*/*.json")):
         record = read_record(file)
-        if len(record.costs) == N_STARTS and record.evaluation.unranked is None:
+        if len(record.costs) in whole and record.evaluation.unranked is None:
             yield record
 
 
@@ -234,7 +248,7 @@ def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
     """
     own, where = files.checked_values(row, _KINDS), files.checked_values(row, KINDS)
     version, n = own["evaluation_version"], row["policy"]["episodes"]
-    require(version == VERSION, version, "evaluation_version", str(VERSION))
+    require(1 <= version <= VERSION, version, "evaluation_version", f"1 to {VERSION}")
     starts = {
         name: None if values is None else _of_starts(values, f"starts.{name}", n)
         for name, values in own["starts"].items()
@@ -261,7 +275,18 @@ def evaluation_of(row: Mapping[str, Any]) -> Evaluation:
         told = own["policy"][name]
         if told != value and not _close(told, value):
             raise ValueError(f"policy.{name} = {told!r}; expected {value!r}, as the starts have it")
-    return found
+    return found if version == VERSION else _of_now(found, version)
+
+
+def _of_now(found: Evaluation, version: int) -> Evaluation:
+    """From the starts of an older set that are in that of now, and with its least cost."""
+    kept = shared(version, found.n) if found.seed == TEST_SEED else np.arange(found.n)
+    cost = found.cost
+    if cost is not None and cost.name != "time":
+        cost = cost._replace(floor=FLOOR)
+    best, bounds = (None if a is None else a[kept] for a in (found.best, found.bounds))
+    values = {name: each[kept] for name, each in found.values.items()}
+    return replace(found, cost=cost, values=values, best=best, bounds=bounds)
 
 
 def _close(told: Any, value: Any) -> bool:

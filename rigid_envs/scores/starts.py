@@ -2,19 +2,27 @@
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 from gymnasium.vector import VectorEnv
 
-from rigid_envs.base.checks import Array, Bools, ConfigError
+from rigid_envs.base import files
+from rigid_envs.base.checks import Array, Bools, ConfigError, Integers, exact_array
 from rigid_envs.tasks.registry import ENVIRONMENTS, ErrorTerm
 from rigid_envs.tasks.task import Task
 
-# The evaluation set: starts from a published seed, the same for all policies.
+# The evaluation set: starts of a published seed, the same for all policies.
+#
+# They are chosen among the first 16,384 that the seed draws, so that means over them are those of
+# all starts; `python -m rigid_envs.tools.fair_starts` does so. First come those that were in
+# version 1 too, which was the first 500, in the same order: of what was measured there, the shared
+# starts are the first ones of the set.
 
-VERSION = 1
+VERSION = 2
 """Version of the evaluation sets; figures on other starts have another one."""
 
 TEST_SEED = 314159
@@ -23,13 +31,40 @@ TEST_SEED = 314159
 N_STARTS = 500
 """Number of starts of every id."""
 
+N_DRAWN = 16_384
+"""Number of starts that the set is chosen among."""
+
+Purpose = Literal["train", "validation", "test", "random policy", "learner"]
+
+PLACES_FILE, PLACES_FORMAT = Path(__file__).with_name("starts.json"), "rigid-envs starts 2"
+"""The places of the chosen starts among those that the seed draws."""
+
 _PURPOSES = ("train", "validation", "test", "random policy", "learner")
+_PLACES_LIMIT = 2**16  # bytes
+
+
+@cache
+def places() -> Integers:
+    """Places of the starts of the evaluation set, shape (500,)."""
+    mend = "install rigid-envs anew"
+    with files.read_document(PLACES_FILE, PLACES_FORMAT, _PLACES_LIMIT, mend) as data:
+        return exact_array(data["places"], "places", N_STARTS).astype(np.int64)
+
+
+def shared(version: int, n: int) -> Integers:
+    """Which of the first n starts of a version of the set are in this one, as its first starts.
+
+    Args:
+        version: 1 or 2.
+        n: Number of starts, 500 at most.
+    """
+    return np.arange(n) if version == VERSION else places()[places() < n]
 
 
 def evaluation_seeds(n: int = N_STARTS) -> list[int]:
     """Seeds of the first n starts of the evaluation set; `reset(seed=...)` of a row gives one.
 
-    The same for every id and every policy. More than 500 continue the same sequence.
+    The same for every id and every policy. More than 500 go on with starts drawn at random.
 
     Args:
         n: Number of starts.
@@ -37,10 +72,8 @@ def evaluation_seeds(n: int = N_STARTS) -> list[int]:
     return row_seeds(TEST_SEED, n, "test")
 
 
-def row_seeds(
-    seed: int, n: int, purpose: Literal["train", "validation", "test", "random policy", "learner"]
-) -> list[int]:
-    """One seed per row, spawned from a `SeedSequence`.
+def row_seeds(seed: int, n: int, purpose: Purpose) -> list[int]:
+    """One seed per row, spawned from a `SeedSequence`; of `TEST_SEED`, those of the evaluation set.
 
     Gymnasium's own rule, row i has seed s + i, gives the runs of seeds 0 and 1 all but one start in
     common; these have none, and no purpose shares one with another.
@@ -53,8 +86,23 @@ def row_seeds(
     Returns:
         n integers in [0, 2^63).
     """
-    root = np.random.SeedSequence(int(seed), spawn_key=(_PURPOSES.index(purpose),))
-    return [int(child.generate_state(1, np.uint64)[0]) >> 1 for child in root.spawn(n)]
+    if (seed, purpose) == (TEST_SEED, "test"):
+        beyond = range(N_DRAWN, N_DRAWN + n - N_STARTS)
+        return drawn_seeds(seed, [*places()[:n].tolist(), *beyond], purpose)
+    return drawn_seeds(seed, range(n), purpose)
+
+
+def drawn_seeds(seed: int, places: Iterable[int], purpose: Purpose) -> list[int]:
+    """The seeds at some places of the sequence that a root seed draws.
+
+    Args:
+        seed: Root seed, at least 0.
+        places: Numbers from 0.
+        purpose: What the rows are for.
+    """
+    key = _PURPOSES.index(purpose)
+    children = (np.random.SeedSequence(int(seed), spawn_key=(key, place)) for place in places)
+    return [int(child.generate_state(1, np.uint64)[0]) >> 1 for child in children]
 
 
 # Episodes from many fixed starts, one from each, played together.
@@ -281,7 +329,7 @@ class Tally:
 # Source: Anderson et al. 2018, *On Evaluation of Embodied Navigation Agents*, arXiv:1807.06757
 # (SPL).
 
-FLOOR = 0.01
+FLOOR = 0.001
 """Least path [m], effort [unit of the task], error and loss that count; of times, it is a step."""
 
 

@@ -330,8 +330,9 @@ def test_records_of_the_same_policy_among_the_baselines_have_the_same_figures():
         mine = published_record(name)
         file = record_file(ROOT / "docs/baselines", mine.env_id, mine.algo, mine.frame, mine.seed)
         if file.is_file() and (other := read_record(file)).policy_sha256 == mine.policy_sha256:
-            np.testing.assert_array_equal(mine.successes, other.successes)
-            np.testing.assert_array_equal(mine.costs, other.costs)
+            n = len(other.costs)  # a record of version 1 has the first ones alone
+            np.testing.assert_array_equal(mine.successes[:n], other.successes)
+            np.testing.assert_array_equal(mine.costs[:n], other.costs)
 
 
 def test_a_record_of_an_easier_task_has_no_efficiency():

@@ -1,6 +1,8 @@
 """Metrics against the motion itself, bounds against what was reached, rollouts against rows."""
 
+import json
 from dataclasses import fields
+from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
@@ -18,15 +20,22 @@ from rigid_envs.scores.starts import (
     metrics_of,
     play,
     row_seeds,
+    shared,
 )
 from rigid_envs.scores.statistics import mean_interval
 from rigid_envs.systems.rolling_ball import closed_forms as rolling_ball
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.tasks.registry import ENVIRONMENTS, ErrorTerm
+from rigid_envs.tools.fair_starts import chosen, coordinates, features
 
+DOCS = Path(__file__).parents[2] / "docs"
 TOP = "RigidEnvs/SleepingTop-v0"
 DETUMBLE, GRID = "RigidEnvs/Detumble-v0", "RigidEnvs/BallGrid-v0"
 SEEDS = [5677982223520472754, 1865544673836395877]
+FIRST = [  # version 1 of the evaluation set, by NumPy alone
+    int(child.generate_state(1, np.uint64)[0]) // 2
+    for child in np.random.SeedSequence(314159, spawn_key=(2,)).spawn(16_384)
+]
 
 
 def best(env_id):
@@ -44,6 +53,57 @@ def test_the_evaluation_set_is_the_published_one():
     assert evaluation_seeds(2) == SEEDS
     assert evaluation_seeds() == row_seeds(314159, 500, "test")
     assert len(set(evaluation_seeds())) == 500
+    assert set(evaluation_seeds()) <= set(FIRST)
+    assert evaluation_seeds(7) == evaluation_seeds()[:7]
+    more = evaluation_seeds(510)
+    assert len(set(more)) == 510 and more[:500] == evaluation_seeds()
+
+
+def test_most_starts_of_version_1_are_the_first_ones_of_the_set_in_their_order():
+    both = [seed for seed in FIRST[:500] if seed in set(evaluation_seeds())]
+    assert len(both) == 450 and evaluation_seeds(450) == both
+    for n in (1, 4, 500):
+        assert [FIRST[k] for k in shared(1, n)] == [s for s in FIRST[:n] if s in both]
+    np.testing.assert_array_equal(shared(2, 7), range(7))
+
+
+def test_starts_are_chosen_so_that_means_over_them_are_those_of_all():
+    """Of points in a square: the mean of a smooth function that nobody chose by."""
+    apart = []
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        points = np.sqrt(3.0) * rng.uniform(-1.0, 1.0, (2000, 2))
+        places = chosen(features(points, rng), 100, 20)
+        kept, new = places[:80], places[80:]
+        assert (np.diff(kept) > 0).all() and kept.max() < 100 <= new.min()
+        assert len(set(places.tolist())) == 100
+        values = np.exp(0.5 * points[:, 0]) * np.cos(points[:, 1])
+        apart.append([values[rows].mean() - values.mean() for rows in (np.arange(100), places)])
+    drawn, even = np.sqrt(np.mean(np.square(apart), axis=0))
+    assert even < 0.2 * drawn
+
+
+@pytest.mark.parametrize("env_id", [TOP, "RigidEnvs/IntermediateAxisRandom-v0"])
+def test_the_starts_of_the_set_are_more_even_than_drawn_ones(env_id):
+    """Means of what tells starts apart, against other starts than those that it was chosen among.
+
+    n times the squared error of a mean is 1 in the mean of drawn starts, and that of the 8192
+    starts adds 0.06.
+    """
+    apart = []
+    for seeds in (evaluation_seeds(), FIRST[:500]):
+        z = coordinates(env_id, seeds + row_seeds(1, 8192, "test"))
+        apart.append(500 * np.mean((z[:500].mean(axis=0) - z[500:].mean(axis=0)) ** 2))
+    assert apart[0] < 0.3 < 0.6 < apart[1]
+
+
+def test_from_the_set_a_fixed_reference_costs_what_it_costs_from_all_starts():
+    """Within the standard error of 500 drawn starts, on every id: cost and return."""
+    data = json.loads((DOCS / "fresh_starts.json").read_text(encoding="utf-8"))
+    assert [row["env_id"] for row in data["references"]] == list(ENVIRONMENTS)
+    assert all(row["fresh"]["starts"] == 20_000 for row in data["references"])
+    for row in data["references"]:
+        assert max(abs(row["apart"]["cost"]), abs(row["apart"]["return"])) <= 1.0, row["env_id"]
 
 
 def test_an_evaluation_repeats_and_fewer_starts_are_the_first_of_more():

@@ -4,6 +4,7 @@ import json
 import locale
 import shutil
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,12 +14,14 @@ from rigid_envs.engine.provenance import heading, provenance
 from rigid_envs.scores.best import read_best, read_plans
 from rigid_envs.scores.evaluation import evaluate, published_record, repeat
 from rigid_envs.scores.records import read_evaluation, read_record, read_results, write_record
+from rigid_envs.scores.starts import FLOOR, TEST_SEED, shared
 from rigid_envs.scores.trained import file_of, load, published
 from rigid_envs.tools.cli import main
 from tests.loading.readers import READERS
 from tests.refusals import refuses
 
 PROVENANCE = tuple(provenance())
+DOCS = Path(__file__).parents[2] / "docs"
 FORGED = "ppo |\n| forged"
 
 
@@ -54,8 +57,32 @@ def test_records_of_other_formats_and_starts_are_refused(about, changed, tmp_pat
     data = json.loads(file.read_text()) | about
     data["evaluation"] |= changed
     write_document(file, data)
-    with pytest.raises(DamagedFileError, match=r"record\.json: (format|version, seed = |costs)"):
+    with pytest.raises(DamagedFileError, match=r"record\.json: (format|version = |seed = |costs)"):
         read_record(file)
+
+
+def test_of_a_record_of_version_1_the_starts_of_now_are_read():
+    file = next(DOCS.glob("baselines/SleepingTop-v0/ppo_reduced_*.json"))
+    data, record = json.loads(file.read_text()), read_record(file)
+    assert data["evaluation"]["version"] == 1 and len(data["costs"]) == 500
+    kept = shared(1, 500)
+    np.testing.assert_array_equal(record.costs, np.array(data["costs"])[kept])
+    assert [data["successes"][k] == "1" for k in kept] == record.successes.tolist()
+    assert record.evaluation.unranked is None and record.evaluation.n == len(kept) == 450
+
+
+@pytest.mark.parametrize(("seed", "n"), [(TEST_SEED, len(shared(1, 40))), (7, 40)])
+def test_of_a_result_of_version_1_the_starts_of_now_are_read(seed, n, tmp_path):
+    now = evaluate(ID, "zero", n=40, seed=seed)
+    row = now.row() | {"evaluation_version": 1, "cost": [*now.cost[:2], 0.01]}
+    (tmp_path / "row.json").write_text(json.dumps(sealed(row)))
+    then = read_evaluation(tmp_path / "row.json")
+    assert then.n == n and then.cost == now.cost and then.cost.floor == FLOOR
+    kept = shared(1, 40) if n < 40 else np.arange(40)
+    for name, values in now.values.items():
+        np.testing.assert_array_equal(then.values[name], values[kept])
+    if now.best is not None:
+        np.testing.assert_array_equal(then.best, now.best[kept])
 
 
 @pytest.mark.parametrize(
@@ -226,5 +253,5 @@ def test_the_id_of_a_result_is_one_that_is_registered_already(saved, tmp_path):
 
 def test_a_result_of_another_evaluation_set_is_refused(saved, tmp_path):
     other = changed(saved, tmp_path, lambda row: row.update(evaluation_version=0), sealed)
-    with pytest.raises(DamagedFileError, match="evaluation_version = 0; expected 1"):
+    with pytest.raises(DamagedFileError, match="evaluation_version = 0; expected 1 to 2"):
         read_evaluation(other)

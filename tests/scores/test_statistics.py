@@ -123,23 +123,12 @@ def test_efficiency_is_the_share_of_the_best_cost_in_the_own_one_of_a_success():
         np.testing.assert_allclose(found, expected, rtol=1e-15)
 
 
-# Their best known costs have come so near to the floor that it decides: the next version of the
-# evaluation sets needs a lower one.
-AT_THE_FLOOR = {
-    f"RigidEnvs/{name}-v0"
-    for name in ("AxisFlip", "IntermediateAxisSingle", "SleepingTop", "SleepingTopRandom")
-}
-
-
-@pytest.mark.parametrize("env_id", [
-    pytest.param(env_id, marks=[pytest.mark.xfail(strict=True)] * (env_id in AT_THE_FLOOR))
-    for env_id in ENVIRONMENTS
-])  # fmt: skip
+@each_id
 def test_every_id_has_a_cost_with_a_floor_far_below_what_is_known(env_id):
     cost, known = cost_of(env_id, task_of(env_id)), best_known(env_id)
     assert known is not None and known.cost == cost.name
     assert 0.0 < cost.floor <= 0.15 * np.nanmedian(known.costs)
-    assert cost.floor == (task_of(env_id).dt if cost.name == "time" else 0.01)
+    assert cost.floor == (task_of(env_id).dt if cost.name == "time" else 0.001)
 
 
 def constant(value):

@@ -18,7 +18,7 @@ from agents.storage.logs import write_evaluations
 from rigid_envs.scores.best import best_known
 from rigid_envs.scores.evaluation import published_record
 from rigid_envs.scores.policies import RandomPolicy
-from rigid_envs.scores.records import evaluation_of, read_record, record_file, write_record
+from rigid_envs.scores.records import evaluation_of, record_file, write_record
 from rigid_envs.scores.starts import FLOOR, play, row_seeds
 from rigid_envs.scores.trained import FOLDER, published
 from tests.agents.drift import Drift
@@ -259,9 +259,15 @@ def test_the_page_of_the_ablations_is_that_of_their_records():
         folder = DOCS / "ablations" / part
         if not (part and folder.is_dir()):
             continue
-        found = [read_record(file) for file in folder.glob(f"{name}*/*.json")]
-        rates = [100 * each.evaluation.success.mean for each in found]
-        costs = [each.costs[each.successes].mean() for each in found if each.successes.any()]
+        found = [json.loads(file.read_text()) for file in folder.glob(f"{name}*/*.json")]
+        assert {each["evaluation"]["version"] for each in found} == {1}
+        won = [np.array(list(each["successes"])) == "1" for each in found]
+        rates = [100 * each.mean() for each in won]
+        costs = [
+            np.array(each["costs"])[starts].mean()
+            for each, starts in zip(found, won, strict=True)
+            if starts.any()
+        ]
         assert told[0] == str(len(found)) and told[1] == f"{np.mean(rates):.1f} %"
         assert told[2] == f"({min(rates):.1f} .. {max(rates):.1f})"
         assert told[3] == (f"{np.mean(costs):.4g}" if costs else "-")
