@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -39,7 +39,7 @@ Purpose = Literal["train", "validation", "test", "random policy", "learner"]
 PLACES_FILE, PLACES_FORMAT = Path(__file__).with_name("starts.json"), "rigid-envs starts 2"
 """The places of the chosen starts among those that the seed draws."""
 
-_PURPOSES = ("train", "validation", "test", "random policy", "learner")
+_PURPOSES = get_args(Purpose)
 _PLACES_LIMIT = 2**16  # bytes
 
 

@@ -42,26 +42,20 @@ def beside(env_id, policy):
     `apart` is the difference of the means in standard errors of the mean over so many drawn starts
     as the set has; of the cost it is of the successes.
     """
-    sets = {
-        "set": evaluate(env_id, policy),
-        "fresh": evaluate(env_id, policy, n=_N, seed=_SEED),
-    }
-    row = {"env_id": env_id, "policy": sets["set"].policy}
-    samples = {
-        name: {"cost": found.costs[found.successes], "return": found.values["return"]}
-        for name, found in sets.items()
-    }
-    for name, found in sets.items():
+    few, many = evaluate(env_id, policy), evaluate(env_id, policy, n=_N, seed=_SEED)
+    row = {"env_id": env_id, "policy": few.policy, "apart": {}}
+    for name, found in (("set", few), ("fresh", many)):
         row[name] = {"starts": found.n, "success_rate": found.success.mean}
-        for of, values in samples[name].items():
+    for of in ("cost", "return"):
+        a, b = (_samples(found)[of] for found in (few, many))
+        for name, values in (("set", a), ("fresh", b)):
             row[name] |= {of: float(values.mean()), f"{of}_sd": float(values.std())}
-    row["apart"] = {
-        of: float((few.mean() - many.mean()) / (many.std() / np.sqrt(len(few))))
-        for of, few, many in (
-            (of, samples["set"][of], samples["fresh"][of]) for of in ("cost", "return")
-        )
-    }
+        row["apart"][of] = float((a.mean() - b.mean()) / (b.std() / np.sqrt(len(a))))
     return row
+
+
+def _samples(found):
+    return {"cost": found.costs[found.successes], "return": found.values["return"]}
 
 
 def table(rows):
