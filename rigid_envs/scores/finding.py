@@ -218,7 +218,13 @@ def players(env_id: str) -> list[tuple[PolicyFactory, Mapping[str, Any]]]:
     return [*((known[name], {}) for name in reference_controllers(env_id)), *trained]
 
 
-def rested(found: Found, policy: PolicyFactory, config: Mapping[str, Any], n_trials: int) -> Found:
+def rested(
+    found: Found,
+    policy: PolicyFactory,
+    config: Mapping[str, Any],
+    n_trials: int,
+    seed: int = TEST_SEED,
+) -> Found:
     """What is best of these and of a policy that acts in some time of an episode alone.
 
     It acts for a window of time, rests, and acts again until the end: three times, drawn at random
@@ -230,9 +236,10 @@ def rested(found: Found, policy: PolicyFactory, config: Mapping[str, Any], n_tri
         policy: Who acts.
         config: Settings of the task that it knows.
         n_trials: How often episodes are played from all starts.
+        seed: Of what is drawn.
     """
     env_id, n = found.best.env_id, len(found.best.costs)
-    limit, rng = ENVIRONMENTS[env_id].max_episode_steps, np.random.default_rng(TEST_SEED)
+    limit, rng = ENVIRONMENTS[env_id].max_episode_steps, np.random.default_rng(seed)
     times, costs = np.zeros((n, 3)), np.full(n, np.inf)
     for trial in range(n_trials):
         again = rng.random(n)
@@ -304,39 +311,45 @@ def recipe_of(env_id: str) -> Recipe | None:
     return RECIPES.get(env_id.rpartition("/")[2].rpartition("-")[0], Recipe())
 
 
-def search(found: Found, firsts: Sequence[Singles]) -> Iterator[Found]:
+def search(found: Found, firsts: Sequence[Singles], seed: int = TEST_SEED) -> Iterator[Found]:
     """Plan, and give what is best known after every few starts.
 
-    Plans along extremals (`rigid_envs.scores.optima`) are improved too, where there are any.
+    Plans along extremals (`rigid_envs.scores.optima`) are improved too, where there are any, and
+    the best episodes with rests, even where better ones are known: they lead to other plans.
 
     Args:
         found: What is known; its plans are improved.
         firsts: Further plans that are improved, each of shape (T, n, m).
+        seed: Of what is drawn: with another one, other plans are found.
 
     Raises:
         ConfigError: The id is not planned.
     """
     env_id, n = found.best.env_id, len(found.best.costs)
     if metrics_of(env_id)[0].name == "effort":  # much happens by itself
+        drawn = nothing(env_id, n)
         for policy, config in players(env_id):
-            found = rested(found, policy, config, _N_TRIALS)
-            yield found
+            drawn = rested(drawn, policy, config, _N_TRIALS, seed)
+        firsts = [*firsts, drawn.actions]
+        found = found.and_plans(drawn.actions, drawn.best.finders)
+        yield found
     if ENVIRONMENTS[env_id].optimum:
         firsts = [*firsts, searched(env_id, found.actions)[1].astype(np.float32)]
     for k in range(0, n, _BLOCK):
         rows = np.arange(k, min(k + _BLOCK, n))
-        made = plan(env_id, (found.actions, *firsts), rows)
+        made = plan(env_id, (found.actions, *firsts), rows, seed)
         found = found.and_plans(replaced(found.actions, rows, made), (PLANNER,) * n)
         yield found
 
 
-def plan(env_id: str, firsts: Sequence[Singles], rows: Integers) -> Singles:
+def plan(env_id: str, firsts: Sequence[Singles], rows: Integers, seed: int = TEST_SEED) -> Singles:
     """The best plans that are found from some starts, shape (T, len(rows), m).
 
     Args:
         env_id: Gymnasium's id.
         firsts: Plans from all starts that are improved, each of shape (T, n, m).
         rows: Numbers of the starts.
+        seed: Of what is drawn.
 
     Raises:
         ConfigError: The id is not planned.
@@ -353,7 +366,7 @@ def plan(env_id: str, firsts: Sequence[Singles], rows: Integers) -> Singles:
     model = Model(task_of(env_id), state, recipe.n_steps or limit, counts)
     slowed = recipe.n_steps is not None and counts == "cost"
     given = [spread(first[:, rows], model.n_steps, slowed) for first in firsts]
-    rng = np.random.default_rng([TEST_SEED, int(rows[0])])
+    rng = np.random.default_rng([seed, int(rows[0])])
     if counts == "time" and recipe.n_steps:
         return _soonest(model, given, recipe, rng).actions
     if counts == "cost":  # much happens by itself

@@ -319,7 +319,7 @@ def test_the_command_plans_and_says_who_found_it(tmp_path, monkeypatch, capsys):
 def test_starts_are_planned_in_blocks_each_from_its_own_first_start(monkeypatch):
     brake, planned = evaluate(DETUMBLE, "brake", n=5), []
 
-    def plan(env_id, firsts, rows):
+    def plan(env_id, firsts, rows, seed):
         planned.append(rows.tolist())
         return brake.actions[:, rows]
 
@@ -341,6 +341,33 @@ def test_a_policy_that_rests_for_a_time_turns_over_freely_and_needs_less():
     assert (least < found.best.costs).all() and found.best.costs.mean() < 0.8 * always.costs.mean()
     again = evaluate(AXIS, finding.of_plans(found.actions), n=10)
     np.testing.assert_array_equal(again.costs, found.best.costs)
+
+
+def test_rests_are_drawn_anew_by_another_seed_and_planned_beside_better_plans(monkeypatch):
+    known, planned = finding.stored(AXIS, 3), []
+
+    def plan(env_id, firsts, rows, seed):
+        planned.append((seed, *firsts))
+        return firsts[1]
+
+    monkeypatch.setattr(finding, "plan", plan)
+    monkeypatch.setattr(finding, "_N_TRIALS", 4)
+    first_player = finding.players(AXIS)[:1]
+    monkeypatch.setattr(finding, "players", lambda _: first_player)
+    for seed in (1, 1, 2):
+        *_, found = finding.search(known, [], seed)
+        np.testing.assert_array_equal(found.best.costs, known.best.costs)
+    (one, *first), (_, *again), (two, *other) = planned
+    assert (one, two) == (1, 2)
+    for a, b in zip(first, again, strict=True):
+        np.testing.assert_array_equal(a, b)
+    np.testing.assert_array_equal(first[0], other[0])
+    assert first[1].any() and (first[1].shape != other[1].shape or (first[1] != other[1]).any())
+
+
+def test_a_seed_below_0_is_refused(capsys):
+    assert main(["best", DETUMBLE, "--plan", "--seed", "-1"]) == 2
+    assert "--seed = -1; expected a number from 0" in capsys.readouterr().err
 
 
 def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypatch, capsys):

@@ -20,7 +20,7 @@ from rigid_envs.scores.evaluation import evaluate, make_rows, recheck, repeat
 from rigid_envs.scores.leaderboard import write_leaderboard
 from rigid_envs.scores.policies import recorded
 from rigid_envs.scores.records import read_evaluation
-from rigid_envs.scores.starts import N_STARTS, evaluation_seeds
+from rigid_envs.scores.starts import N_STARTS, TEST_SEED, evaluation_seeds
 from rigid_envs.scores.trained import published
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import words
@@ -249,6 +249,13 @@ def _again(file: Path, env_id: str) -> Any:
         action="store_true",
         help="improve them by planning, from all that is known: hours for an id with 500 starts",
     ),
+    words.option(
+        "--seed",
+        type=int,
+        default=TEST_SEED,
+        metavar="N",
+        help="with --plan: other random numbers, which lead to other plans",
+    ),
     words.option("--starts", type=int, metavar="N", help="fewer starts, for a first look"),
     words.option("--out", type=Path, metavar="FOLDER", help="instead of the package's data"),
 )
@@ -263,6 +270,7 @@ def best_(options: argparse.Namespace) -> None:
     n = N_STARTS if options.starts is None else options.starts
     known = 1 <= n <= N_STARTS and (n == N_STARTS or options.out is not None)
     require(known, n, "--starts", f"1 to {N_STARTS}; with --out if it is less")
+    require(options.seed >= 0, options.seed, "--seed", "a number from 0")
     kept = options.out is not None or set(ids) <= set(ENVIRONMENTS)
     require(kept, options.out, "--out", "a folder: the package keeps data of its own ids alone")
     alone = not options.policies or len(ids) == 1
@@ -301,7 +309,9 @@ def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) ->
         found = found.and_of(each)
     able = options.plan and finding.is_planned(env_id)
     firsts = [each.actions for each in others if each.actions is not None and each.successes.any()]
-    for improved in itertools.chain([found], finding.search(found, firsts) if able else ()):
+    for improved in itertools.chain(
+        [found], finding.search(found, firsts, options.seed) if able else ()
+    ):
         found = improved.told(untrained)
         best.write_plans(best.file_of_plans(env_id, plans), found.actions)
         best.write_best(best.file_of(env_id, folder), found.best)
