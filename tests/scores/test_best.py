@@ -35,10 +35,6 @@ DOCS = Path(__file__).parents[2] / "docs"
 FIVE = {"costs": np.arange(1.0, 6.0), "finders": ("zero", "one", "zero", "one", "zero")}
 
 
-# Policies of the repository's rows are better from some starts: the search is not done.
-UNSEARCHED = {f"RigidEnvs/{name}-v0" for name in ("TopPrecession", "TopRandom")}
-
-
 def test_the_least_cost_of_a_success_is_kept_with_who_found_it():
     known, found = finding.nothing(DETUMBLE, 5).best, evaluate(DETUMBLE, "zero", n=5)
 
@@ -91,10 +87,7 @@ def test_plans_of_the_repository_give_the_costs_that_the_data_say(env_id):
     np.testing.assert_allclose(found.costs, known.costs, rtol=1e-9, atol=1e-12)
 
 
-@pytest.mark.parametrize("env_id", [
-    pytest.param(env_id, marks=[pytest.mark.xfail(strict=True)] * (env_id in UNSEARCHED))
-    for env_id in ENVIRONMENTS
-])  # fmt: skip
+@pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_nobody_that_the_repository_has_a_row_of_is_better_than_what_is_best(env_id):
     """By more than rounding: actions of another frame become float32 again."""
     name, known = env_id.rpartition("/")[2], best.best_known(env_id)
