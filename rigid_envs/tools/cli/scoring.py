@@ -254,7 +254,7 @@ def _again(file: Path, env_id: str) -> Any:
         type=int,
         default=TEST_SEED,
         metavar="N",
-        help="with --plan: other random numbers, which lead to other plans",
+        help=f"with --plan: other random numbers, which lead to other plans ({TEST_SEED})",
     ),
     words.option("--starts", type=int, metavar="N", help="fewer starts, for a first look"),
     words.option("--out", type=Path, metavar="FOLDER", help="instead of the package's data"),
