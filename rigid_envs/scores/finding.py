@@ -330,9 +330,9 @@ def search(found: Found, firsts: Sequence[Singles], seed: int = TEST_SEED) -> It
         drawn = nothing(env_id, n)
         for policy, config in players(env_id):
             drawn = rested(drawn, policy, config, _N_TRIALS, seed)
+            found = found.and_plans(drawn.actions, drawn.best.finders)
+            yield found
         firsts = [*firsts, drawn.actions]
-        found = found.and_plans(drawn.actions, drawn.best.finders)
-        yield found
     if ENVIRONMENTS[env_id].optimum:
         firsts = [*firsts, searched(env_id, found.actions)[1].astype(np.float32)]
     for k in range(0, n, _BLOCK):
