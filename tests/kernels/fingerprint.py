@@ -61,13 +61,16 @@ def hash_of_networks():
     return digest.hexdigest() + hashlib.sha256(more.tobytes()).hexdigest()
 
 
-def foreign_symbols(folder):
+def foreign_symbols(folder, modules=""):
     """Functions of neither Python nor Numba that the kernels kept in a cache folder call.
 
-    Each file holds the machine code of a kernel as an ELF object, as the linker takes it.
+    Each file holds the machine code of a kernel as an ELF object, as the linker takes it; its name
+    begins with that of the kernel's module.
     """
     names = set()
     for path in folder.rglob("*.nbc"):
+        if not path.name.startswith(modules):
+            continue
         image = path.read_bytes()
         names |= _undefined(image[image.index(b"\x7fELF") :])
     return {name for name in names if not name.startswith(RUNTIME)}
