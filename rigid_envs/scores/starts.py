@@ -12,6 +12,7 @@ from gymnasium.vector import VectorEnv
 
 from rigid_envs.base import files
 from rigid_envs.base.checks import Array, Bools, ConfigError, Integers, exact_array
+from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.tasks.registry import ENVIRONMENTS, ErrorTerm
 from rigid_envs.tasks.task import Task
 
@@ -166,6 +167,19 @@ def joined(parts: Sequence[Episodes], n: int) -> Episodes:
         each = [getattr(part, name) for part in parts]
         columns[name] = None if each[0] is None else np.concatenate(each)[:n]
     return Episodes(seeds=[k for part in parts for k in part.seeds][:n], **columns)
+
+
+def registered_rows(env_id: str, n: int, config: Mapping[str, Any]) -> RigidVectorEnv:
+    """N rows of an id as the registry of this package has it; Gymnasium's can be written over.
+
+    Args:
+        env_id: Gymnasium's id.
+        n: Number of rows.
+        config: Hyperparameters of the task.
+    """
+    record = ENVIRONMENTS[env_id]
+    limit = record.max_episode_steps
+    return RigidVectorEnv(record.task, n, limit, autoreset_mode="SameStep", **config)
 
 
 # Metrics of an episode, and the metrics of an id.

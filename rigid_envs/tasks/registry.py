@@ -51,6 +51,8 @@ class EnvironmentRecord:
         limits: Theoretical limits by metric, each the "module:name" of a `TheoreticalLimit`.
         optimum: Search for the numerical optimum of the cost, "module:name" of a function
             `rigid_envs.scores.optima.Search`; empty where there is none.
+        proof: Proof of lower bounds of the cost, "module:name" of a function
+            `rigid_envs.scores.optima.Proof`; empty where there is none.
         decoder: Function "module:name" from the task to a function that finds the states that
             controllers read in observations (`rigid_envs.scores.references.Decoder`); empty if
             there is none.
@@ -73,6 +75,7 @@ class EnvironmentRecord:
     controllers: Mapping[str, str] = field(default_factory=dict)
     limits: Mapping[str, str] = field(default_factory=dict)
     optimum: str = ""
+    proof: str = ""
     decoder: str = ""
     predictive: str = ""
     conditions: str = ""
@@ -147,7 +150,7 @@ def _ours(task: str, max_episode_steps: int, metrics: str, **more: Any) -> None:
         codes = more.get(key, {})
         more[key] = {label: f"{room}.references:{code}" for label, code in codes.items()}
     more.setdefault("decoder", re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower())
-    for key in ("decoder", "predictive", "conditions", "planner", "optimum"):
+    for key in ("decoder", "predictive", "conditions", "planner", "optimum", "proof"):
         if key in more:
             more[key] = f"{room}.references:{more[key]}"
     more["metrics"] = tuple(metrics.split())
@@ -244,6 +247,7 @@ _ours(
     controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
     limits={"path": "BALL_PATH"},
     optimum="least_rolls",
+    proof="are_least_rolls",
     conditions="PARKED",
 )
 _ours(
@@ -254,6 +258,7 @@ _ours(
     controllers={"shortest_path": "along_shortest_path", "three_rolls": "rolled"},
     limits={"path": "BALL_PATH"},
     optimum="least_rolls",
+    proof="are_least_rolls",
     conditions="PARKED",
 )
 _variant("BallParkRandom", "BallPark")

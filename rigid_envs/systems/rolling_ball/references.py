@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from rigid_envs.base.checks import Array
+from rigid_envs.base.checks import Array, Bools
 from rigid_envs.base.settings import refusal
 from rigid_envs.control.planning import Conditions
 from rigid_envs.envs.shells import RigidVectorEnv
@@ -14,6 +14,7 @@ from rigid_envs.scores.policies import Controller, Rows, Script, States, feedbac
 from rigid_envs.scores.references import Decoded, Decoder, attitude, entries, goal_attitude
 from rigid_envs.systems.rolling_ball import controllers
 from rigid_envs.systems.rolling_ball.least_path import least_paths, rolls_along
+from rigid_envs.systems.rolling_ball.path_bounds import are_bounds
 from rigid_envs.systems.rolling_ball.shortest_path import shortest_path
 from rigid_envs.systems.rolling_ball.tasks.ball_grid import BallGrid
 from rigid_envs.systems.rolling_ball.tasks.ball_park import BallPark
@@ -63,6 +64,22 @@ def least_rolls(envs: RigidVectorEnv, known: Array) -> tuple[Array, Array]:
     for k in np.flatnonzero(found & (n > 0)):
         actions[: n[k], k] = rolls_along(paths[k], n[k]) / step
     return radii * np.minimum(paths[:, 4], rolled), actions
+
+
+def are_least_rolls(envs: RigidVectorEnv, lengths: Array) -> Bools:
+    """Whether it is proven that no path to within tolerance of the goals is shorter than a length.
+
+    Args:
+        envs: Rows that have just begun.
+        lengths: Shape (n,) [m].
+    """
+    task: Any = envs.task
+    radii = _rows(envs, "radius")
+    targets = np.concatenate(
+        controllers.difference(_goals(task, envs), envs.y[:, :6], radii), axis=-1
+    )
+    edges = task.position_tolerance / radii, float(task.angle_tolerance)
+    return are_bounds(targets, *edges, lengths / radii)
 
 
 def _zero(envs: RigidVectorEnv) -> Array:

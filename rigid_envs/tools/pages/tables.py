@@ -16,6 +16,7 @@ from rigid_envs.base.settings import Choice, Flag, Integer, Number
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.envs.spaces import action_space, observation_space
 from rigid_envs.scores.best import Best, best_known, limit_of
+from rigid_envs.scores.optima import stored_optima
 from rigid_envs.scores.result import rates_of
 from rigid_envs.scores.starts import METRICS, Cost
 from rigid_envs.tasks.fields import Entry
@@ -416,9 +417,11 @@ def _bound(env_id: str, found: Best) -> list[str]:
         return []
     bound, best = first["bound_mean"], first["best_mean"]
     gap = f", a gap of {max(100.0 * (best / bound - 1.0), 0.0):.1f} %" if bound > 0.0 else ""
-    name = "The optimum" if limit.kind == "exact" else "A lower bound"
+    name, text = "The optimum" if limit.kind == "exact" else "A lower bound", limit.text
+    if (stored := stored_optima(env_id)) is not None and stored.proven.any():
+        text += ", or what is proven of a start (docs/best_known.md)"
     return [
-        f"{name} of `{found.cost}`, {limit.text}: {bound:.4g} where `{next(iter(found.policies))}` "
+        f"{name} of `{found.cost}`, {text}: {bound:.4g} where `{next(iter(found.policies))}` "
         f"succeeds; the best known is {best:.4g}{gap}."
     ]
 

@@ -15,7 +15,7 @@ from rigid_envs.base.files import markdown_table, write_atomic
 from rigid_envs.envs.lookup import checked_id, families, task_of
 from rigid_envs.envs.spaces import action_space, observation_space
 from rigid_envs.scores.best import best_known
-from rigid_envs.scores.optima import numerical_optima
+from rigid_envs.scores.optima import stored_optima
 from rigid_envs.scores.proof import bounds_of
 from rigid_envs.scores.starts import TEST_SEED, cost_of
 from rigid_envs.tasks.fields import Entry, attitude_entries
@@ -109,19 +109,16 @@ def best_costs() -> str:
         known, cost = best_known(env_id), cost_of(env_id, task_of(env_id))
         if known is None or not env_id.startswith("RigidEnvs/"):
             continue
-        bounds = bounds_of(env_id, len(known.costs), TEST_SEED, {})
+        bounds, stored = bounds_of(env_id, len(known.costs), TEST_SEED, {}), stored_optima(env_id)
         mean = float(np.nanmean(known.costs))
-        bound, optimum, gap, verdict = "", "", "", "no bound is known"
-        for limits, claim in ((bounds, "proven"), (numerical_optima(env_id), "numerics")):
-            if limits is None:
-                continue
-            least = float(limits.mean())
-            gap = "" if least <= 0.0 else f"{max(100.0 * (mean / least - 1.0), 0.0):.1f} %"
-            verdict = claim if mean <= (1.0 + PROVEN) * least else "open"
-            if claim == "proven":
-                bound = f"{least:.4g}"
-            else:
-                optimum = f"{least:.4g}"
+        limits = bounds, None if stored is None else stored.costs
+        gap, verdict = "", "no bound is known"
+        for claim, limit in zip(("proven", "numerics"), limits, strict=True):
+            if limit is not None and verdict != "proven":
+                least = float(limit.mean())
+                gap = "" if least <= 0.0 else f"{max(100.0 * (mean / least - 1.0), 0.0):.1f} %"
+                verdict = claim if mean <= (1.0 + PROVEN) * least else "open"
+        bound, optimum = ("" if each is None else f"{each.mean():.4g}" for each in limits)
         shares = ", ".join(f"`{name}` {count}" for name, count in known.shares.items())
         name = env_id.removeprefix("RigidEnvs/").removesuffix("-v0")
         link = f"[`{name}`](environments/{name}.md)"

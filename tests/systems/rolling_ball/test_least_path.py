@@ -10,7 +10,7 @@ from rigid_envs.envs.lookup import task_of
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores.best import PLANS_FOLDER, best_known
 from rigid_envs.scores.finding import stored_plans
-from rigid_envs.scores.optima import numerical_optima, searched
+from rigid_envs.scores.optima import searched, stored_optima
 from rigid_envs.scores.proof import bounds_of
 from rigid_envs.scores.starts import TEST_SEED
 from rigid_envs.systems.rolling_ball import controllers, references
@@ -172,14 +172,15 @@ def test_polygons_that_are_optimised_come_near_from_above(front):
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_nobody_is_known_to_beat_a_numerical_optimum(env_id):
-    optima, costs = numerical_optima(env_id), best_known(env_id).costs
+    optima, costs = stored_optima(env_id).costs, best_known(env_id).costs
     assert (costs >= optima * (1.0 - 1e-6)).all()
 
 
 @pytest.mark.parametrize("env_id", IDS)
 def test_a_numerical_optimum_is_not_below_what_theory_proves(env_id):
-    bounds = bounds_of(env_id, len(numerical_optima(env_id)), TEST_SEED, {})
-    assert (numerical_optima(env_id) >= bounds * (1.0 - 1e-9)).all()
+    optima = stored_optima(env_id).costs
+    bounds = bounds_of(env_id, len(optima), TEST_SEED, {})
+    assert (optima >= bounds * (1.0 - 1e-9)).all()
 
 
 def again(env_id, n, n_rays, monkeypatch):
@@ -189,7 +190,7 @@ def again(env_id, n, n_rays, monkeypatch):
     sizes = np.linalg.norm(actions, axis=-1)
     assert (sizes <= 1.0 + 1e-9).all()  # chords are not longer than the path
     assert (sizes.sum(axis=0) * task_of(env_id).roll_per_step > 0.0).all()
-    return found / numerical_optima(env_id)[:n]
+    return found / stored_optima(env_id).costs[:n]
 
 
 @pytest.mark.parametrize("env_id", IDS[1:3])
