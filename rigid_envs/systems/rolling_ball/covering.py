@@ -536,12 +536,16 @@ def _is_near(path: Array, j: int, reach: float, radius: float, edge: float, targ
     """Whether a pose may be within reach of a row of a path: a test that costs little.
 
     What leaves the set at its corner is turned by at most `edge`, and beside by at most the radius.
+    Turns of the plane bring two attitudes no nearer than the parts that they change, b, can be.
     """
     near = math.sqrt(path[j, X] ** 2 + path[j, X + 1] ** 2)
     least, most = max(0.0, near - reach - radius), near + reach + radius
-    w, z = 2.0 * path[j, Q], 2.0 * path[j, Q + 3]
-    turned = max(abs(sign * target[0] - w), abs(sign * target[1] - z))
-    return bool(least * least <= target[2] <= most * most and turned <= reach + edge)
+    if not least * least <= target[2] <= most * most:
+        return False
+    w, z, w1, z1 = 0.5 * sign * target[0], 0.5 * sign * target[1], path[j, Q], path[j, Q + 3]
+    across = max(0.0, 1.0 - w * w - z * z) * max(0.0, 1.0 - w1 * w1 - z1 * z1)
+    nearest = sincos(min(math.pi, 0.5 * (reach + edge)))[1]
+    return bool(w * w1 + z * z1 + math.sqrt(across) >= nearest - _ROUNDING)
 
 
 @routine
