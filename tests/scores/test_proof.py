@@ -1,6 +1,7 @@
 """An evaluation is ranked if its actions, played again in the registered task, give its figures."""
 
 import copy
+import re
 from typing import Any
 
 import gymnasium as gym
@@ -13,7 +14,7 @@ from rigid_envs import evaluate, load
 from rigid_envs.envs.shells import RigidEnv, RigidVectorEnv
 from rigid_envs.scores import finding
 from rigid_envs.scores.policies import from_function, recorded, reference_controllers
-from rigid_envs.scores.proof import Witness, refuse_impossible
+from rigid_envs.scores.proof import Witness, bounds_of, refuse_impossible
 from rigid_envs.scores.starts import TEST_SEED, Cost
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tools.cli import main
@@ -123,7 +124,8 @@ def test_a_success_below_the_bound_of_theory_is_refused():
         envs.set_state(state)
         return np.zeros((N, 2), np.float32)
 
-    message = r"path of start 0 = 0\.0; expected at least 2\.6\d+, the bound of theory"
+    least = re.escape(f"{bounds_of(PARK, 1, TEST_SEED, {})[0]:.6f}")
+    message = rf"path of start 0 = 0\.0; expected at least {least}\d*, the bound of theory"
     with pytest.raises(ValueError, match=message):
         evaluate(PARK, parked, n=N, env=envs)
 
