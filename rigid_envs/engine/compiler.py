@@ -37,7 +37,8 @@ _COMPILED = (
     *("engine/*.py", "tasks/parts.py", "tasks/reduction.py"),
     *("systems/*/tasks/*.py", "systems/*/dynamics.py"),
     *("systems/*/saddle.py", "systems/*/elastica.py", "systems/*/nearby.py"),
-    *("systems/*/covering.py", "systems/*/strips.py", "watch/panda.py"),
+    *("systems/*/meeting.py", "systems/*/covering.py", "systems/*/strips.py"),
+    "watch/panda.py",
 )
 _CHECKSUM = hashlib.sha256().digest_size
 _log = logging.getLogger(__name__)

@@ -69,26 +69,34 @@ def searched(env_id: str, known: Singles) -> tuple[Array, Array]:
     Raises:
         ValueError: There is no search.
     """
-    with_one = [name for name, record in ENVIRONMENTS.items() if record.optimum]
-    require(env_id in with_one, env_id, "env_id", f"one of {', '.join(with_one)}")
-    search: Search = load(ENVIRONMENTS[env_id].optimum)
+    search: Search = _loaded(env_id, "optimum")
     return search(_started(env_id, known.shape[1]), known.astype(np.float64))
 
 
-def proven(env_id: str, costs: Array) -> Array:
-    """Costs from the first starts that are proven to be bounds, shape (n,); 0 for the others.
+def proven(env_id: str, share: float | Array) -> Array:
+    """Shares of the stored optima that are proven to be bounds, shape (n,); 0 for the others.
 
     Args:
         env_id: Gymnasium's id.
-        costs: Shape (n,).
+        share: One of all optima, or one of each, shape (n,).
 
     Raises:
-        ValueError: There is no proof.
+        ValueError: There is no proof, or no optimum is stored.
     """
-    with_one = [name for name, record in ENVIRONMENTS.items() if record.proof]
-    require(env_id in with_one, env_id, "env_id", f"one of {', '.join(with_one)}")
-    proof: Proof = load(ENVIRONMENTS[env_id].proof)
+    proof: Proof = _loaded(env_id, "proof")
+    stored = stored_optima(env_id)
+    if stored is None:
+        raise ValueError(f"{env_id}: no optima; write them first: rigid-envs optima {env_id}")
+    costs = share * stored.costs
     return np.where(proof(_started(env_id, len(costs)), costs), costs, 0.0)
+
+
+def _loaded(env_id: str, entry: str) -> Any:
+    """The function of an entry of the registry, for ids that have one."""
+    codes = {name: getattr(record, entry) for name, record in ENVIRONMENTS.items()}
+    with_one = [name for name, code in codes.items() if code]
+    require(env_id in with_one, env_id, "env_id", f"one of {', '.join(with_one)}")
+    return load(codes[env_id])
 
 
 def _started(env_id: str, n: int) -> RigidVectorEnv:

@@ -73,6 +73,7 @@ REFUSED = [
     ("best Detumble --starts 5", "with --out if it is less"),
     ("best --with x.npz", "expected the one id"),
     ("best Detumble --out none", "expected a folder that exists"),
+    ("optima Detumble --prove", "expected one of RigidEnvs/BallPark-v0, RigidEnvs/BallParkGoal-v0"),
     ("optima Detumble", "expected one of RigidEnvs/BallPark-v0, RigidEnvs/BallParkGoal-v0"),
     ("evaluate Detumble --policy a.npz --starts 5", "expected no other option"),
     ("evaluate Detumble --policy a.npz --dt 0.1", "expected no other option"),

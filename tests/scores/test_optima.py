@@ -57,10 +57,11 @@ def test_proven_bounds_count_for_the_registered_task_on_the_evaluation_set(monke
     assert (proof.bounds_of(PARK, 3, TEST_SEED, laxer) < 100.0).all()
 
 
-@pytest.mark.parametrize("function", [optima.searched, optima.proven])
-def test_where_there_is_no_search_it_says_where_there_is_one(function):
+def test_where_there_is_no_search_and_no_proof_it_says_where_there_is_one():
     with pytest.raises(ValueError, match=r"SleepingTop.*expected one of .*BallPark-v0"):
-        function("RigidEnvs/SleepingTop-v0", np.zeros((1, 1, 2), np.float32))
+        optima.searched("RigidEnvs/SleepingTop-v0", np.zeros((1, 1, 2), np.float32))
+    with pytest.raises(ValueError, match=r"SleepingTop.*expected one of .*BallPark-v0"):
+        optima.proven("RigidEnvs/SleepingTop-v0", optima.SHARE)
 
 
 def test_a_file_is_read_as_it_was_written(tmp_path):

@@ -23,8 +23,10 @@ least. The pose then follows by quadrature.
 
 import math
 
+import numpy as np
+
 from rigid_envs.base.checks import Array
-from rigid_envs.engine.algebra import Quaternion, Vector, compose, rotate_inverse
+from rigid_envs.engine.algebra import Quaternion, Vector, compose, half_turn, rotate_inverse
 from rigid_envs.engine.compiler import routine, scalar
 from rigid_envs.engine.elementary import atan2, clamp, sincos
 
@@ -330,11 +332,8 @@ def rest_of(nodes: Array, j: int, most: float, late: float) -> float:
 
 @scalar
 def rolled(x: float, y: float) -> Quaternion:
-    """Turn of a ball that rolls straight by (x, y) [radii]."""
-    r = math.sqrt(x * x + y * y)
-    sine, cosine = sincos(0.5 * r)
-    f = sine / r if r > 1e-9 else 0.5
-    return cosine, -f * y, f * x, 0.0
+    """Turn of a ball that rolls straight by (x, y), less than a quarter turn [radii]."""
+    return half_turn((-0.5 * y, 0.5 * x, 0.0))
 
 
 @scalar
@@ -433,7 +432,5 @@ def quarter_period(swings: bool, eps: float) -> float:
     m1 = eps * (2.0 - eps) if swings else eps
     if m1 <= 0.0:
         return math.inf
-    a, b = 1.0, math.sqrt(m1)
-    while a - b > 1e-15 * a:
-        a, b = 0.5 * (a + b), math.sqrt(a * b)
-    return 0.5 * math.pi / a
+    table = np.empty((2, N_LANDEN))
+    return float(0.5 * math.pi / table[0, landen(m1, table)])

@@ -14,7 +14,8 @@ import numpy as np
 
 from rigid_envs.base.checks import Array, Bools
 from rigid_envs.systems.rolling_ball import covering, nearby, strips
-from rigid_envs.systems.rolling_ball.covering import N_PLACE, Poses, Room
+from rigid_envs.systems.rolling_ball.covering import Poses, Room
+from rigid_envs.systems.rolling_ball.meeting import N_PLACE
 
 _EPS = (0.0, 0.001, 0.01, 0.03, 0.06, 0.1, 0.18, 0.3, 0.5, 1.0)
 _RHO = (0.0, *(0.25 * k for k in range(6, 17)), *(0.5 * k for k in range(9, 21)), 12.0, 14.0)

@@ -4,12 +4,14 @@ With the force along e1 the heading theta of an elastica obeys ``theta'' = -p si
 ``theta' = w - p y`` for some w, with y measured across. The motions and their numbers are those
 of `nearby`: ``theta' = rho Theta'``, ``p = rho^2 m`` (m = 1 where it swings).
 
-From y(0) on the attitude is ``exp(-y e1) A exp(y(0) e1)``, with ``A' = x' (cos y e2 + sin y e3)
-A``.
+From y(0) on the attitude is ``exp(-y e1) A exp(y(0) e1)``, with
+
+    A' = x' (cos y e2 + sin y e3) A.
+
 If y were 0, A would be the straight roll exp(x e2). It is beside that by at most
 
-- the integral of ``|x'| |y|`` (`_drift`); or
-- where w = 0 (`_sway`): with ``f = exp(-x e2) e3``, ``x' y f`` is the rate of ``g = -(sin theta /
+- the integral of ``|x'| |y|`` (`drift`); or
+- where w = 0 (`sway`): with ``f = exp(-x e2) e3``, ``x' y f`` is the rate of ``g = -(sin theta /
   p) f`` but for ``(sin theta / p) f'``, so that the distance is at most
 
       2 |g| + int (|sin theta x'| / p + |x'| (y^2 / 2 + |y|^3 / 6) + |g| |g'| / 2) ds.
@@ -81,9 +83,8 @@ def _rest(a: float, m: float) -> float:
 def sway(swings: bool, rho: float, eps: tuple[float, float]) -> Strips:
     """Strips of motions about no rate, for eps from a least to a largest one.
 
-    Half a period is run through by an angle from -pi / 2 to pi / 2: half of Theta, or where it
-    swings that whose sine is sin(Theta / 2) / k. With its rate r, half of Theta' times r is at most
-    `per`.
+    A half period is run through by an angle from -pi / 2 to pi / 2: half of Theta, or where it
+    swings, that whose sine is sin(Theta / 2) / k. Half of Theta' is at most `per` times its rate.
     """
     k_low, k_high = (1.0 - eps[1], 1.0 - eps[0]) if swings else (1.0, 1.0)
     m = 1.0 if swings else 1.0 - eps[1]

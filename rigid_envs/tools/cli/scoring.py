@@ -356,11 +356,9 @@ def _searched(env_id: str) -> optima.Optima:
 
 
 def _proven(env_id: str) -> optima.Optima:
-    """The stored optima, with what is proven of them now."""
-    stored = optima.stored_optima(env_id)
-    if stored is None:
-        raise ValueError(f"{env_id}: no optima; write them first: rigid-envs optima {env_id}")
-    proven = optima.proven(env_id, optima.SHARE * stored.costs)
+    """The stored optima, with what is proven of them now, or was before."""
+    proven, stored = optima.proven(env_id, optima.SHARE), optima.stored_optima(env_id)
+    assert stored is not None
     return stored._replace(proven=np.maximum(proven, stored.proven))
 
 

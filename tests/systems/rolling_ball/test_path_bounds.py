@@ -11,7 +11,7 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.scores.best import PLANS_FOLDER
 from rigid_envs.scores.finding import stored_plans
 from rigid_envs.scores.optima import SHARE, proven, stored_optima
-from rigid_envs.scores.starts import evaluation_seeds, registered_rows
+from rigid_envs.scores.starts import N_STARTS, evaluation_seeds, registered_rows
 from rigid_envs.systems.rolling_ball import controllers, covering, elastica, nearby, strips
 from rigid_envs.systems.rolling_ball.least_path import least_path
 from rigid_envs.systems.rolling_ball.path_bounds import numbers_of, room_for
@@ -23,10 +23,10 @@ MIDDLE = 3.0
 FAMILIES = [False, True]
 
 
-def pose(swings, rho, sigma, eps, length, middle=MIDDLE):
+def pose(swings, rho, sigma, eps, length):
     """Where an elastica from the corner of the set leads, by Jacobi's functions and `elastica`."""
     m = (1.0 - eps) ** 2 if swings else 1.0 - eps
-    sn, cn, dn, am = ellipj(sigma - rho * middle, m)
+    sn, cn, dn, am = ellipj(sigma - rho * MIDDLE, m)
     heading = 2.0 * math.asin(math.sqrt(m) * sn) if swings else 2.0 * am
     rate = 2.0 * rho * (math.sqrt(m) * cn if swings else dn)
     force = rho**2 * (1.0 if swings else m) * np.array([math.cos(heading), -math.sin(heading)])
@@ -36,11 +36,11 @@ def pose(swings, rho, sigma, eps, length, middle=MIDDLE):
     return carried(force, rate, ends[1])
 
 
-def carried(force, rate, end, edge=EDGE):
+def carried(force, rate, end):
     """The end of a path from the origin, carried to the corner where it leaves the set."""
     moment = np.array([force[1], 1.0 - force[0], -rate])
-    corner = rotations.exp(edge[1] * moment / np.linalg.norm(moment))
-    place = edge[0] * force / np.linalg.norm(force) + end[6:]
+    corner = rotations.exp(EDGE[1] * moment / np.linalg.norm(moment))
+    place = EDGE[0] * force / np.linalg.norm(force) + end[6:]
     return np.concatenate([rotations.multiply(end[2:6], corner), place])
 
 
@@ -222,10 +222,9 @@ def test_elasticae_that_were_found_to_lead_to_starts_are_not_excluded(env_id):
 
 def prove(env_id, share, starts):
     """Whether shares of the optima of some starts are proven."""
-    costs = stored_optima(env_id).costs
-    wanted = np.zeros(len(costs))  # of the others, a length of 0 is proven at once
-    wanted[starts] = share * costs[starts]
-    return proven(env_id, wanted)[starts] > 0.0
+    shares = np.zeros(N_STARTS)  # of the others, a length of 0 is proven at once
+    shares[starts] = share
+    return proven(env_id, shares)[starts] > 0.0
 
 
 def test_a_bound_is_proven_and_more_than_the_optimum_is_not():
