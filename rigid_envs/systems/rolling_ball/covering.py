@@ -255,8 +255,8 @@ _DEEPEST = 60  # halvings, after which a pose that may be met is taken to be unp
 
 
 @kernel
-def leftover(swings: bool, low: Array, high: Array, poses: Poses, alive: Integers, room: Room,
-             unproven: Bools) -> None:  # fmt: skip
+def leftover(swings: bool, low: Array, high: Array, poses: Poses, alive: Integers, most: int,
+             room: Room, unproven: Bools) -> None:  # fmt: skip
     """Halve a box until no elastica of it can meet poses too soon.
 
     Args:
@@ -265,17 +265,18 @@ def leftover(swings: bool, low: Array, high: Array, poses: Poses, alive: Integer
         high: Largest.
         poses: All poses.
         alive: Numbers of those that are asked for.
+        most: Boxes that may meet a pose, before it is given up.
         room: Arrays to work in.
-        unproven: Set to True for poses that may be met in the end, shape (n,).
+        unproven: Set to True for poses that are given up, or may be met in the end, shape (n,).
     """
     stack = np.empty((_DEEPEST + 2, 8))  # least and largest numbers, depth, number of poses
     lists = np.empty((_DEEPEST + 2, 4 * len(alive)), np.int64)  # of poses, by depth
     for k in range(len(alive)):
         for variant in range(4):
             lists[0, 4 * k + variant] = 4 * alive[k] + variant
-    for i in range(3):
-        stack[0, i], stack[0, 3 + i] = low[i], high[i]
+    stack[0, :3], stack[0, 3:6] = low, high
     stack[0, 6], stack[0, 7] = 0, 4 * len(alive)
+    tried = np.zeros(len(unproven), np.int64)
     n = 1
     while n > 0:
         n -= 1
@@ -292,9 +293,11 @@ def leftover(swings: bool, low: Array, high: Array, poses: Poses, alive: Integer
         n_met, axis = meets(swings, mid, half, poses, lists[depth], int(stack[n, 7]), met, room)
         left = 0
         for k in range(n_met):
-            if depth == _DEEPEST:
-                unproven[met[k] // 4] = True
-            if not unproven[met[k] // 4]:
+            pose = met[k] // 4
+            tried[pose] += 1
+            if depth == _DEEPEST or tried[pose] > most:
+                unproven[pose] = True
+            if not unproven[pose]:
                 met[left] = met[k]
                 left += 1
         if left == 0:

@@ -22,6 +22,7 @@ _RHO = (0.0, *(0.25 * k for k in range(6, 17)), *(0.5 * k for k in range(9, 21))
 _BENDS = (0.01, 0.02, 0.05, 0.1)
 _MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0])
 _TOGETHER = 50  # poses of similar lengths
+_MOST = 1_000_000  # boxes of a part that may meet a pose: a minute or so
 _N_NODES, _N_CELLS = 3000, 4000  # more than any path has
 
 
@@ -69,7 +70,7 @@ def _are_bounds(targets: Array, radii: Array, edge: float, lengths: Array) -> Bo
                 far = high * max(poses.middle, longest - poses.middle)
                 far += math.log(4.0 * longest / _BENDS[0])
                 least, largest = np.array([[low, -far, eps[0]], [high, far, eps[1]]])
-                covering.leftover(swings, least, largest, poses, alive, room, unproven)
+                covering.leftover(swings, least, largest, poses, alive, _MOST, room, unproven)
     return ~unproven
 
 

@@ -12,7 +12,14 @@ from rigid_envs.scores.best import PLANS_FOLDER
 from rigid_envs.scores.finding import stored_plans
 from rigid_envs.scores.optima import SHARE, proven, stored_optima
 from rigid_envs.scores.starts import N_STARTS, evaluation_seeds, registered_rows
-from rigid_envs.systems.rolling_ball import controllers, covering, elastica, nearby, strips
+from rigid_envs.systems.rolling_ball import (
+    controllers,
+    covering,
+    elastica,
+    nearby,
+    path_bounds,
+    strips,
+)
 from rigid_envs.systems.rolling_ball.least_path import least_path
 from rigid_envs.systems.rolling_ball.path_bounds import numbers_of, room_for
 
@@ -55,7 +62,7 @@ def may_be_met(swings, low, high, targets, limit):
     left = np.zeros(len(targets), dtype=bool)
     poses = poses_of(targets, np.full(len(targets), limit))
     low, high = np.array(low), np.array(high)
-    covering.leftover(swings, low, high, poses, np.arange(len(targets)), room_for(), left)
+    covering.leftover(swings, low, high, poses, np.arange(len(targets)), 10**6, room_for(), left)
     return left
 
 
@@ -214,7 +221,7 @@ def test_elasticae_that_were_found_to_lead_to_starts_are_not_excluded(env_id):
         for length, expected in ((1.0001 * x[4], True), (0.97 * x[4], False)):
             left[:] = False
             poses = poses_of(target[None], np.array([length]), middle, edge)
-            covering.leftover(swings, low, high, poses, np.arange(1), room_for(), left)
+            covering.leftover(swings, low, high, poses, np.arange(1), 10**6, room_for(), left)
             assert left[0] == expected
         found += 1
     assert found >= 15
@@ -230,6 +237,11 @@ def prove(env_id, share, starts):
 def test_a_bound_is_proven_and_more_than_the_optimum_is_not():
     assert prove(IDS[0], SHARE, [113]).all()
     assert not prove(IDS[0], 1.002, [113]).any()
+
+
+def test_a_search_of_too_many_boxes_proves_nothing(monkeypatch):
+    monkeypatch.setattr(path_bounds, "_MOST", 100)
+    assert not prove(IDS[0], SHARE, [113]).any()
 
 
 @pytest.mark.long
