@@ -1,5 +1,6 @@
 """Controllers bound to the tasks of a free body, what they read in observations, and bounds."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -88,9 +89,14 @@ def _spin_impulse(envs: RigidVectorEnv) -> Array:
     """Distance in the plane of `polhode_point` from a rectangle that holds all goals [N m s].
 
     With the tolerated rate r, of spins within r of Omega e2 (or -e2): along the ray the coordinate
-    is from ``|L2|`` to ``|L|``, and across it ``s = (q1^2 (1 - a) - q3^2 a) / (q1 sqrt(1 - a) + q3
-    sqrt(a))``, where the numerator is ``(1 - a) L1^2 - a L3^2`` and the denominator at least ``2
-    sqrt(a (1 - a)) |L2|``.
+    is from ``|L2|`` to ``|L|``, and across it ``x = (q1^2 (1 - a) - q3^2 a) / (q1 sqrt(1 - a) + q3
+    sqrt(a))``, where the numerator is ``(1 - a) I1^2 d s`` (see `Shape`) and the denominator at
+    least ``2 sqrt(a (1 - a)) |L2|``.
+
+    The spin is held there for a time, in which d grows by `_growth_in_hold`. So when the hold
+    begins, abs(d) is at most the largest in the end over that factor, and what an impulse J takes
+    of d meanwhile, ``|J| sqrt(1 / I1^2 + ratio^2 / I3^2)``. Where this lets x be larger by less
+    than ``|J|``, J is better spent before: the hold is taken to be free.
     """
     task: Any = envs.task
     moments = _moments(envs)
@@ -101,12 +107,34 @@ def _spin_impulse(envs: RigidVectorEnv) -> Array:
     # |L|^2 over the sphere of errors is largest in the plane of e2 and e3
     error = np.minimum(squares[:, 1] * rate / (squares[:, 2] - squares[:, 1]), r)
     most = np.sqrt(squares[:, 1] * (rate + error) ** 2 + squares[:, 2] * (r**2 - error**2))
+    ratio, growth, _ = np.array([controllers.saddle(each) for each in moments]).T
     first, third = frame[:, 0, 0], frame[:, 0, 1]
-    width = 2.0 * first * third * least
-    low = -((first * moments[:, 2] * r) ** 2) / width
-    high = (third * moments[:, 0] * r) ** 2 / width
+    across = (third * moments[:, 0]) ** 2 / (2.0 * first * third * least)  # x over d s
+    reach = r * np.hypot(1.0, ratio)  # of abs(d) and abs(s)
+    taken = np.hypot(1.0 / moments[:, 0], ratio / moments[:, 2])
+    held = across * reach**2 / _growth_in_hold(task, moments[:, 0], growth)
+    held = np.where(across * reach * taken <= 1.0, held, np.inf)
+    low = np.maximum(-across * (ratio * r) ** 2, -held)
+    high = np.minimum(across * r**2, held)
     along = place[:, 0] - np.clip(place[:, 0], least, most)
     return np.asarray(np.hypot(along, place[:, 1] - np.clip(place[:, 1], low, high)))
+
+
+def _growth_in_hold(task: Any, I1: Array, growth: Array) -> Array:
+    """Least factor by which d grows between the first and the last state of a hold, shape (n,).
+
+    These states are within r of Omega e2. The rate of change of omega is at most ``v = 2 r (Omega
+    + 3 r) + |torque| / I1`` within 2 r, as no difference of two moments is above the third. So no
+    state between is there further than ``v dt / 2`` from one of them, if that is within r; else
+    the factor is 1.
+    """
+    rate, r = task.spin_rate, task.tolerance * task.spin_rate
+    v = 2.0 * r * (rate + 3.0 * r) + np.linalg.norm(task.torques()) / I1
+    away = 0.5 * task.dt * v
+    hold = getattr(task, "hold", 0.0)  # `AxisFlip` is held until the time limit, which may be near
+    n_periods = math.ceil(hold / task.dt * (1.0 - 1e-9)) - 1
+    grown = np.exp(growth * np.maximum(rate - r - away, 0.0) * max(n_periods, 0) * task.dt)
+    return np.where(away <= r, grown, 1.0)
 
 
 def _axis_impulse(envs: RigidVectorEnv) -> Array:

@@ -1,11 +1,14 @@
 """Least impulses between polhodes, and the controller that gives them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 import rigid_envs
 from rigid_envs.control.linear import simulate_closed_loop
+from rigid_envs.envs.lookup import task_of
 from rigid_envs.envs.shells import RigidVectorEnv
 from rigid_envs.scores.best import best_known, limit_of
 from rigid_envs.scores.proof import bounds_of
@@ -157,26 +160,63 @@ def test_no_known_cost_is_below_the_bound(name):
     assert (known.costs >= (1.0 - 1e-6) * bounds_of(env_id, 500, 314159, {})).all()
 
 
+def held(task, system, torque):
+    """States from which a spin is held by torques of any size up to one, and what that takes.
+
+    Motions are drawn backwards, from states within the tolerance: under the same torque they are
+    motions with the opposite rates. Those that stay within it are kept.
+
+    Returns:
+        States (k, 7), impulses (k,).
+    """
+    rng, n = np.random.default_rng(0), 40_000
+    goal = np.array([0.0, task.spin_rate, 0.0])
+    error = rng.normal(size=(n, 3)) * np.exp(rng.uniform(-4.0, 0.0, (n, 3)))
+    error *= (task.tolerance * task.spin_rate / np.linalg.norm(error, axis=1))[:, None]
+    y = spinning(rng, (n,))
+    y[:, 4:7] = -goal - error * rng.uniform(0.0, 1.0, (n, 1)) ** 0.2
+    tau = torque * rng.uniform(-1.0, 1.0, (n, 3))
+    n_periods, stays = round(getattr(task, "hold", task.dt) / task.dt) - 1, np.ones(n, dtype=bool)
+    for _ in range(n_periods):
+        y = system.advance(y, tau, task.dt, 1)
+        off = np.linalg.norm(y[:, 4:7] + goal, axis=1)
+        stays &= off < task.tolerance * task.spin_rate
+    y[:, 4:7] *= -1.0
+    return y[stays], n_periods * task.dt * np.linalg.norm(tau[stays], axis=1)
+
+
 @pytest.mark.parametrize("name", SPINS)
 def test_the_bound_is_the_distance_from_the_goals_themselves(name):
-    """Of goals drawn within the tolerance none is nearer, and the nearest hardly further away."""
-    record, n = ENVIRONMENTS[f"RigidEnvs/{name}-v0"], 40
+    """Of spins that stay at the goal none is nearer, and the nearest is hardly further away."""
+    record, n = ENVIRONMENTS[f"RigidEnvs/{name}-v0"], 6
     envs = RigidVectorEnv(record.task, n, record.max_episode_steps)
     envs.reset(seed=3)
     bound = limit_of(record.id, "effort").values(envs)
-    task, rng = envs.task, np.random.default_rng(0)
-    error = rng.normal(size=(200_000, 3))
-    error *= task.tolerance / np.linalg.norm(error, axis=1, keepdims=True)
-    goals = task.spin_rate * (error + np.array([0.0, 1.0, 0.0]))
     for k, system in enumerate(envs.systems):
-        moments = system.moments
-        away = polhode_point(moments, moments * goals) - polhode_point(
-            moments, moments * envs.y[k, 4:7]
-        )
-        nearest = np.linalg.norm(away, axis=1).min()
+        goals, _ = held(envs.task, system, 0.0)
+        points = polhode_point(system.moments, system.moments * goals[:, 4:7])
+        here = polhode_point(system.moments, system.moments * envs.y[k, 4:7])
+        nearest = np.linalg.norm(points - here, axis=1).min()
         assert bound[k] <= nearest + 1e-12
         # of goals along a ray of width 0.003 I2 Omega
-        assert nearest <= bound[k] + 0.005 * system.I2 * task.spin_rate
+        assert nearest <= bound[k] + 0.005 * system.I2 * envs.task.spin_rate
+    envs.close()
+
+
+@pytest.mark.parametrize("moments", [(1.0, 2.0, 3.0), (1.1, 1.7, 2.3)])
+@pytest.mark.parametrize("torque", [0.005, 0.02])
+def test_no_spin_is_held_by_less_than_the_bound(moments, torque):
+    """Whatever torque holds it, from the first state of the hold on."""
+    record = ENVIRONMENTS["RigidEnvs/IntermediateAxis-v0"]
+    settings = dict(zip(("I1", "I2", "I3"), moments, strict=True))
+    task = replace(task_of(record.id), **settings)
+    y, impulses = held(task, FreeBody(*moments), torque)
+    assert len(y) > 300
+    envs = RigidVectorEnv(record.task, len(y), record.max_episode_steps, **settings)
+    envs.reset(seed=0, options={"state": y})
+    bound = limit_of(record.id, "effort").values(envs)
+    assert (bound <= impulses).all()
+    assert (bound > 0.0).any()
     envs.close()
 
 
