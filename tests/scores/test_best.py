@@ -358,9 +358,11 @@ def test_rests_are_drawn_anew_by_another_seed_and_planned_beside_better_plans(mo
     assert first[1].any() and (first[1].shape != other[1].shape or (first[1] != other[1]).any())
 
 
-def test_a_seed_below_0_is_refused(capsys):
+def test_a_seed_is_refused_below_0_and_where_nothing_is_drawn(capsys):
     assert main(["best", DETUMBLE, "--plan", "--seed", "-1"]) == 2
     assert "--seed = -1; expected a number from 0" in capsys.readouterr().err
+    assert main(["best", DETUMBLE, "--seed", "2"]) == 2
+    assert "--seed = 2; expected --plan beside it" in capsys.readouterr().err
 
 
 def test_plans_that_a_wheel_leaves_out_are_asked_for_by_name(tmp_path, monkeypatch, capsys):

@@ -271,6 +271,8 @@ def best_(options: argparse.Namespace) -> None:
     known = 1 <= n <= N_STARTS and (n == N_STARTS or options.out is not None)
     require(known, n, "--starts", f"1 to {N_STARTS}; with --out if it is less")
     require(options.seed >= 0, options.seed, "--seed", "a number from 0")
+    drawn = options.plan or options.seed == TEST_SEED
+    require(drawn, options.seed, "--seed", "--plan beside it: nothing else draws random numbers")
     kept = options.out is not None or set(ids) <= set(ENVIRONMENTS)
     require(kept, options.out, "--out", "a folder: the package keeps data of its own ids alone")
     alone = not options.policies or len(ids) == 1
