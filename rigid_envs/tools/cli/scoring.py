@@ -326,7 +326,7 @@ def _measured(env_id: str, n: int, folder: Path, options: argparse.Namespace) ->
     words.option(
         "--prove",
         action="store_true",
-        help=f"prove that no cost is below {optima.SHARE} of the stored optima: an hour for an id",
+        help=f"prove that no cost is below {optima.SHARE} of the stored optima: up to an hour",
     ),
 )
 def optima_(options: argparse.Namespace) -> None:
