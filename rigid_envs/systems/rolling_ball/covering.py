@@ -274,7 +274,8 @@ def leftover(swings: bool, low: Array, high: Array, poses: Poses, alive: Integer
     for k in range(len(alive)):
         for variant in range(4):
             lists[0, 4 * k + variant] = 4 * alive[k] + variant
-    stack[0, :3], stack[0, 3:6] = low, high
+    for i in range(3):  # an assigned slice that does not fit would print its shape, by log10
+        stack[0, i], stack[0, 3 + i] = low[i], high[i]
     stack[0, 6], stack[0, 7] = 0, 4 * len(alive)
     tried = np.zeros(len(unproven), np.int64)
     n = 1

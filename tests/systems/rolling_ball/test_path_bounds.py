@@ -2,11 +2,13 @@
 
 import itertools
 import math
+import sys
 
 import numpy as np
 import pytest
 from scipy.special import ellipj, ellipkinc
 
+from rigid_envs.engine.compiler import cache_directory
 from rigid_envs.mechanics import rotations
 from rigid_envs.scores.best import PLANS_FOLDER
 from rigid_envs.scores.finding import stored_plans
@@ -22,6 +24,7 @@ from rigid_envs.systems.rolling_ball import (
 )
 from rigid_envs.systems.rolling_ball.least_path import least_path
 from rigid_envs.systems.rolling_ball.path_bounds import numbers_of, room_for
+from tests.kernels.fingerprint import foreign_symbols
 
 IDS = [f"RigidEnvs/{n}-v0" for n in ("BallPark", "BallParkGoal", "BallParkRandom", "BallReorient")]
 NO_GUESS = np.empty((0, 5))
@@ -103,6 +106,17 @@ def test_no_elastica_of_a_box_is_overlooked(swings, n):
         high = rho + size * rng.random(), sigma + size * rng.random(), min(1.0, eps * (1.0 + size))
         target = pose(swings, rho, sigma, eps, length)
         assert may_be_met(swings, low, high, target[None], length + 1e-6)[0], (rho, sigma, eps)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads ELF objects")
+def test_the_search_calls_no_mathematics_library():
+    may_be_met(True, (1.0, 0.0, 0.5), (1.0, 0.0, 0.5), np.eye(1, 6), 1.0)
+    folder = cache_directory()
+    if folder is None:
+        pytest.skip("compiled code is not kept on this machine")
+    name = "rigid_envs.systems.rolling_ball.covering.leftover"
+    assert any(path.name.startswith(name) for path in folder.rglob("*.nbc"))
+    assert foreign_symbols(folder, (name,)) <= {"fma"}
 
 
 @pytest.mark.parametrize("swings", FAMILIES)
