@@ -282,8 +282,7 @@ def leftover(swings: bool, low: Array, high: Array, poses: Poses, alive: Integer
     while n > 0:
         n -= 1
         # bottoms of one motion are two quarter periods apart: the nearest is within one
-        nearest = max(0.0, stack[n, 1], -stack[n, 4])
-        if nearest > nearby.quarter_period(swings, stack[n, 2]):
+        if max(0.0, stack[n, 1], -stack[n, 4]) > nearby.quarter_period(swings, stack[n, 2]):
             continue
         mid = (0.5 * (stack[n, 0] + stack[n, 3]), 0.5 * (stack[n, 1] + stack[n, 4]),
                0.5 * (stack[n, 2] + stack[n, 5]))  # fmt: skip
