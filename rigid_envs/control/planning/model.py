@@ -165,6 +165,7 @@ Counts = Literal["cost", "time", "error"]
 
 # Plans rolled out, and every step of them linearised, by the compiled step of the environment.
 
+_TOGETHER = 2**14  # copies of rows that are stepped at once
 _SMALL = 1e-7  # change of a state for a difference quotient
 _COARSE = 2.0**-10  # the same of an action, which is float32
 _GRID = 2.0**14  # actions that track are multiples of its inverse, so that files of plans are small
@@ -338,42 +339,67 @@ class Model:
         An action is changed towards 0: so it stays within its limits. Auxiliary states change with
         time alone, as a goal does that moves.
         """
-        rows, m, q = self.n_rows, self.n_actions, motion.errors.shape[2]
-        x = np.stack([self.coordinates(y) for y in motion.y])
+        T, rows, m, q = self.n_steps, self.n_rows, self.n_actions, motion.errors.shape[2]
+        x = self.coordinates(motion.y.reshape(-1, motion.y.shape[2])).reshape(T + 1, rows, -1)
         n, n_y = x.shape[2], len(self.index)
-        d, first = n_y + m, int(self.first.min())
-        copies = self._copies = self._copies or Core(self.task, rows * d)
-        state = {key: part.repeat(d, axis=0) for key, part in self._state.items()}
         sizes = ((n, n), (n, m), (q, n), (q, m))
-        linear = Linear(*(np.zeros((self.n_steps, rows, *size)) for size in sizes))
-        component, entry = np.arange(n_y), np.arange(m)
-        for t in range(self.n_steps):
-            y = motion.y[t].repeat(d, axis=0).reshape(rows, d, -1)
-            y[:, component, self.index] += _SMALL
-            a = motion.actions[t].repeat(d, axis=0).reshape(rows, d, m)
-            old = motion.actions[t]
-            a[:, n_y + entry, entry] = old - np.copysign(_COARSE, old)
-            size = np.full((rows, d, 1), _SMALL)
-            size[:, n_y:, 0] = a[:, n_y + entry, entry].astype(np.float64) - old
-            state["y"] = y.reshape(rows * d, -1)
-            for key, columns in self._columns.items():
-                state[key] = motion.clocks[t][:, columns].repeat(d, axis=0)
-            copies.set_state(state)
-            start = copies.y  # attitudes are of length 1
-            copies.actions[...] = a.reshape(rows * d, m)
-            copies.step()
-            before = self._quotients(start, x[t], size)[:, :n_y]
-            after = self._quotients(copies.y, x[t + 1], size)
+        linear = Linear(*(np.zeros((T, rows, *size)) for size in sizes))
+        together = min(T, max(1, _TOGETHER // (rows * (n_y + m))))
+        for begin in range(0, T, together):
+            steps = slice(min(begin, T - together), min(begin + together, T))
+            before, after, shown = self._differences(motion, x, steps)
             square = before.swapaxes(1, 2) @ before + _ROUNDING * np.eye(n)
             back = np.linalg.solve(square, before.swapaxes(1, 2)).swapaxes(1, 2)
-            linear.A[t] = after[:, :n_y].swapaxes(1, 2) @ back
-            linear.B[t] = after[:, n_y:].swapaxes(1, 2)
-            if t + 1 >= first:
-                shown = self._errors(copies).reshape(rows, d, q)
-                shown = (shown - motion.errors[t][:, None]) / size
-                linear.Ey[t] = shown[:, :n_y].swapaxes(1, 2) @ back
-                linear.Ea[t] = shown[:, n_y:].swapaxes(1, 2)
+            found = (
+                *(after[:, :n_y].swapaxes(1, 2) @ back, after[:, n_y:].swapaxes(1, 2)),
+                *(shown[:, :n_y].swapaxes(1, 2) @ back, shown[:, n_y:].swapaxes(1, 2)),
+            )
+            for whole, part in zip(linear, found, strict=True):
+                whole[steps] = part.reshape(whole[steps].shape)
         return linear
+
+    def _differences(self, motion: Motion, x: Array, steps: slice) -> tuple[Array, Array, Array]:
+        """Difference quotients of some steps, of each row one after the other.
+
+        Args:
+            motion: The motion.
+            x: Its coordinates, shape (T + 1, N, n).
+            steps: Which.
+
+        Returns:
+            Of the coordinates before a step by each component of the state, of those after it, and
+            of the errors, by each component and each action.
+        """
+        n_y, m = len(self.index), self.n_actions
+        d = n_y + m
+        old = motion.actions[steps].reshape(-1, m)
+        component, entry = np.arange(n_y), np.arange(m)
+        y = motion.y[steps].reshape(len(old), 1, -1).repeat(d, axis=1)
+        y[:, component, self.index] += _SMALL
+        a = old[:, None].repeat(d, axis=1)
+        a[:, n_y + entry, entry] = old - np.copysign(_COARSE, old)
+        size = np.full((len(old), d, 1), _SMALL)
+        size[:, n_y:, 0] = a[:, n_y + entry, entry].astype(np.float64) - old
+        if self._copies is None:
+            self._copies = Core(self.task, len(old) * d)
+        n_steps = len(old) // self.n_rows
+        state = {
+            k: np.tile(part, (n_steps, 1)).repeat(d, axis=0) for k, part in self._state.items()
+        }
+        state["y"] = y.reshape(len(old) * d, -1)
+        clocks = motion.clocks[steps].reshape(len(old), -1)
+        for key, columns in self._columns.items():
+            state[key] = clocks[:, columns].repeat(d, axis=0)
+        copies = self._copies
+        copies.set_state(state)
+        start = copies.y  # attitudes are of length 1
+        copies.actions[...] = a.reshape(len(old) * d, m)
+        copies.step()
+        now, then = (part.reshape(len(old), -1) for part in (x[steps], x[1:][steps]))
+        before = self._quotients(start, now, size)[:, :n_y]
+        errors = motion.errors[steps].reshape(len(old), 1, -1)
+        shown = (self._errors(copies).reshape(len(old), d, -1) - errors) / size
+        return before, self._quotients(copies.y, then, size), shown
 
     def _clocks(self, core: Core) -> Array:
         state = core.get_state()
