@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, Integers
+from rigid_envs.base.checks import Array, Bools, Integers
 from rigid_envs.control.planning.model import (
     Limits,
     Linear,
@@ -25,6 +25,7 @@ from rigid_envs.control.planning.model import (
 _N_NEWTON = 60
 _DAMPING = 1e-3  # first part of the diagonal of a Hessian that is added to it
 _LEAST_DAMPING, _MOST_DAMPING = 1e-18, 1e12  # of that part
+_PARTS = 1.0, 0.3, 0.05  # of a step that are tried, one after the other
 _WITHIN = 1.0 - 1e-5  # plans end so far within the tolerances: actions and goals are float32
 _EQUAL = 1e-11  # relative difference of values that may be rounding
 _SOLVED = 1e-6  # duality gap that counts as solved, a part of the value
@@ -86,21 +87,38 @@ class Subproblem(NamedTuple):
     def _newton_step(
         self, prices: Array, value: Array, v: Array, slope: Array, e: Array, damping: Array
     ) -> tuple[Array, ...]:
-        """The same after a step of Newton's method, in rows that it makes better."""
+        """The same after a step of Newton's method, in rows that it makes better.
+
+        A step ends where the first price becomes 0 or reaches its limit: errors that grow make
+        prices depend on one another, so that the others would go astray without it. If that is not
+        better, parts of the step are tried.
+        """
         mu, bound = self.mu[:, None], _WITHIN * self.b
         side = np.where(prices == 0.0, np.sign(e), np.sign(prices))
         rest = e - bound * side
         fixed = (prices == 0.0) & (np.abs(e) <= bound)
         fixed |= (np.abs(prices) >= mu) & (rest * side >= 0.0)
-        trial = prices + self._newton(slope, rest, fixed, damping)
-        trial = np.where(trial * side < 0.0, 0.0, np.clip(trial, -mu, mu))
-        new = self._dual(trial)
-        equal = np.abs(new[0] - value) <= _EQUAL * np.abs(value)
-        nearer = self._gap(trial, new[3]) < self._gap(prices, e)
-        better = np.where(equal, nearer, new[0] > value)
-        for kept, taken in zip((prices, value, v, slope, e), (trial, *new), strict=True):
-            kept[better] = taken[better]
-        damping = damping * np.where(better, 0.1, 5.0)
+        step = self._newton(slope, rest, fixed, damping)
+        ends = np.where(step * side < 0.0, 0.0, mu * side)
+        until = np.divide(ends - prices, step, out=np.full_like(step, np.inf), where=step != 0.0)
+        share = np.minimum(np.where(until > 0.0, until, 1.0).min(axis=1), 1.0)[:, None]
+        problem, taken, rows = self, np.zeros(len(prices)), np.arange(len(prices))
+        for part in _PARTS:
+            if not rows.size:
+                break
+            size = part * share[rows]
+            trial = prices[rows] + size * step[rows]
+            trial = np.where(until[rows] <= size, ends[rows], trial)
+            new = problem._dual(trial)
+            equal = np.abs(new[0] - value[rows]) <= _EQUAL * np.abs(value[rows])
+            nearer = problem._gap(trial, new[3]) < problem._gap(prices[rows], e[rows])
+            better = np.where(equal, nearer, new[0] > value[rows])
+            found, rows = rows[better], rows[~better]
+            for before, now in zip((prices, value, v, slope, e), (trial, *new), strict=True):
+                before[found] = now[better]
+            taken[found] = size[better, 0]
+            problem = Subproblem(self.limits, *_part(self[1:], rows))
+        damping = damping * 10.0 ** (1.0 - 2.0 * taken)
         return prices, value, v, slope, e, np.clip(damping, _LEAST_DAMPING, _MOST_DAMPING)
 
     def violation(self, v: Array) -> Array:
@@ -164,7 +182,7 @@ def square_root(S: Array) -> Array:
     return F
 
 
-def _part(arrays: Sequence[Any], rows: npt.NDArray[np.bool_]) -> Any:
+def _part(arrays: Sequence[Any], rows: Bools | Integers) -> Any:
     return tuple(each[rows] for each in arrays)
 
 

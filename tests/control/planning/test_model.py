@@ -337,6 +337,21 @@ def test_the_solution_does_not_depend_on_the_unit_of_costs():
     np.testing.assert_allclose(dearer, unit * prices, rtol=1e-9)
 
 
+def test_errors_that_grow_are_solved_too():
+    """Of conditions of a long plan of an unstable motion, whose dual has kinks, most are."""
+    rng, n, t = np.random.default_rng(3), 200, np.linspace(0.0, 1.0, 80)
+    rates, turns = rng.uniform(1.0, 6.0, (n, 1, 1)), rng.uniform(0.0, 30.0, (n, 1, 1))
+    left = np.linspace(0.6, 1.0, 6)[:, None] - t
+    G = 0.3 * (np.exp(rates * left) * (left > 0.0))[..., None]
+    G = G * np.stack([np.cos(turns * t), np.sin(turns * t)], axis=-1)
+    a, c = LIMITS.clip(rng.normal(0.0, 0.2, (n, 80, 2))), rng.normal(0.0, 3.0, (n, 6))
+    ones = np.ones(n)
+    p = Subproblem(LIMITS, a, G, c, np.ones((n, 6)), 0.05 * ones, 0.1 * ones, 2.0 * ones)
+    gap, dual = gap_and_dual(p, *p.solve(np.zeros_like(c)))
+
+    assert np.mean(gap <= 1.01e-6 * np.abs(dual)) > 0.9
+
+
 def test_a_violation_is_what_all_errors_have_above_their_bounds():
     p = uneven(LIMITS)
     e = p.c + np.einsum("nrtj,ntj->nr", p.G, -p.a)
