@@ -409,11 +409,11 @@ class PlanSearch:
         """Coordinates that the linearisation expects after changes d of the actions."""
         assert self._linear is not None
         A, B = self._linear.A, self._linear.B
-        change, targets = np.zeros(A.shape[1:3]), []
+        targets, change = self._model.path(self.motion)[:-1], np.zeros(A.shape[1:3])
         for t, step in enumerate(d):
-            targets.append(self._model.coordinates(self.motion.y[t]) + change)
+            targets[t] += change
             change = (A[t] @ change[..., None] + B[t] @ step[..., None])[..., 0]
-        return np.stack(targets)
+        return targets
 
     def _judge(self, motion: Motion) -> tuple[Array, Rows]:
         """Cost and priced violations, and the conditions that are looked at."""

@@ -340,7 +340,7 @@ class Model:
         time alone, as a goal does that moves.
         """
         T, rows, m, q = self.n_steps, self.n_rows, self.n_actions, motion.errors.shape[2]
-        x = self.coordinates(motion.y.reshape(-1, motion.y.shape[2])).reshape(T + 1, rows, -1)
+        x = self.path(motion)
         n, n_y = x.shape[2], len(self.index)
         sizes = ((n, n), (n, m), (q, n), (q, m))
         linear = Linear(*(np.zeros((T, rows, *size)) for size in sizes))
@@ -412,6 +412,11 @@ class Model:
     def coordinates(self, y: Array) -> Array:
         """The coordinates that matter of states, shape (N, n)."""
         return self.conditions.coordinates(y[:, self.index])
+
+    def path(self, motion: Motion) -> Array:
+        """The coordinates of a motion before each step and at the end, shape (T + 1, N, n)."""
+        rows = self.coordinates(motion.y.reshape(-1, motion.y.shape[2]))
+        return rows.reshape(*motion.y.shape[:2], -1)
 
     def _quotients(self, y: Array, x: Array, size: Array) -> Array:
         """Changes of the coordinates from x (N, n) in d copies of each row, over a size."""

@@ -33,7 +33,7 @@ def follow(model: Model, actions: npt.NDArray[np.floating], n_rounds: int) -> Pl
     plans.keep(rows, motion)
     for _ in range(n_rounds):
         change, gains = _regulator(model.linearise(motion), motion, rho)
-        targets = np.stack([model.coordinates(y) for y in motion.y[:-1]])
+        targets = model.path(motion)[:-1]
         trial = model.roll(motion.actions + change, Tracking(gains, targets))
         plans.keep(rows, trial)
         better = trial.costs < motion.costs
