@@ -334,19 +334,15 @@ class Model:
         return Motion(actions, y, np.stack(clocks), np.stack(errors), costs, successes)
 
     def linearise(self, motion: Motion) -> Linear:
-        """Linearise the steps of a motion, by differences of copies of the rows.
-
-        An action is changed towards 0: so it stays within its limits. Auxiliary states change with
-        time alone, as a goal does that moves.
-        """
+        """Linearise the steps of a motion, by differences of copies of the rows."""
         T, rows, m, q = self.n_steps, self.n_rows, self.n_actions, motion.errors.shape[2]
         x = self.path(motion)
         n, n_y = x.shape[2], len(self.index)
         sizes = ((n, n), (n, m), (q, n), (q, m))
         linear = Linear(*(np.zeros((T, rows, *size)) for size in sizes))
         together = min(T, max(1, _TOGETHER // (rows * (n_y + m))))
-        for begin in range(0, T, together):
-            steps = slice(min(begin, T - together), min(begin + together, T))
+        for begin in np.minimum(np.arange(0, T, together), T - together):
+            steps = slice(begin, begin + together)
             before, after, shown = self._differences(motion, x, steps)
             square = before.swapaxes(1, 2) @ before + _ROUNDING * np.eye(n)
             back = np.linalg.solve(square, before.swapaxes(1, 2)).swapaxes(1, 2)
@@ -359,7 +355,10 @@ class Model:
         return linear
 
     def _differences(self, motion: Motion, x: Array, steps: slice) -> tuple[Array, Array, Array]:
-        """Difference quotients of some steps, of each row one after the other.
+        """Difference quotients of some steps, of all rows in one step after those in another.
+
+        An action is changed towards 0: so it stays within its limits. Auxiliary states change with
+        time alone, as a goal does that moves.
 
         Args:
             motion: The motion.

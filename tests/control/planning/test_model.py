@@ -348,7 +348,6 @@ def test_errors_that_grow_are_solved_too():
     ones = np.ones(n)
     p = Subproblem(LIMITS, a, G, c, np.ones((n, 6)), 0.05 * ones, 0.1 * ones, 2.0 * ones)
     gap, dual = gap_and_dual(p, *p.solve(np.zeros_like(c)))
-
     assert np.mean(gap <= 1.01e-6 * np.abs(dual)) > 0.9
 
 
