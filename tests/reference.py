@@ -1,7 +1,8 @@
-"""Reference cases: answers to 15 digits, computed in 50-digit arithmetic by independent routes.
+"""Reference cases: answers to 15 digits, computed with 50 digits or more by independent routes.
 
-Conventions and the fields of each kind are in `meta` of the data file. Inputs are the exact doubles
-printed; `cond`, where given, is how much a relative input error of one eps moves each output.
+Conventions and the fields of each kind are in `meta` of the data files. Inputs are the exact
+doubles printed; `cond`, where given, is how much a relative input error of one eps moves each
+output.
 """
 
 import json
@@ -15,8 +16,8 @@ import pytest
 @cache
 def all_cases():
     """Return the cases of all kinds."""
-    path = Path(__file__).parent / "data" / "reference_cases.json"
-    return json.loads(path.read_text(encoding="utf-8"))["cases"]
+    paths = sorted((Path(__file__).parent / "data").glob("*_cases.json"))
+    return [case for path in paths for case in json.loads(path.read_text("utf-8"))["cases"]]
 
 
 @cache

@@ -35,7 +35,7 @@ _cpu = core.registry.cpu_target
 _PACKAGE = Path(__file__).resolve().parent.parent
 _COMPILED = (
     *("engine/*.py", "tasks/parts.py", "tasks/reduction.py"),
-    *("systems/*/tasks/*.py", "systems/*/dynamics.py"),
+    *("systems/*/tasks/*.py", "systems/*/dynamics.py", "systems/*/friction.py"),
     *("systems/*/saddle.py", "systems/*/elastica.py", "systems/*/nearby.py"),
     *("systems/*/meeting.py", "systems/*/covering.py", "systems/*/strips.py"),
     "watch/panda.py",

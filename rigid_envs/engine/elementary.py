@@ -115,6 +115,19 @@ def clamp(x: float, low: float, high: float) -> float:
     return select(high < x, high, x)
 
 
+def sign(x: float) -> float:
+    """1, 0 or -1 with the sign of ``x``; see `sqrt` for a complex ``x``."""
+    return select(x > 0.0, 1.0, select(x < 0.0, -1.0, 0.0))
+
+
+@overload(sign, jit_options=_DISSOLVED)  # type: ignore[untyped-decorator]
+def _compiled_sign(x: Any) -> Callable[..., Any]:
+    def side(x: Any) -> Any:
+        return select(x.real > 0.0, 1.0, select(x.real < 0.0, -1.0, 0.0))
+
+    return side
+
+
 def sincos(x: float) -> tuple[float, float]:
     """Sine and cosine of ``x`` [rad], for abs(x) up to 1e6; see `sqrt` for a complex ``x``."""
     return _sincos(x)

@@ -93,7 +93,8 @@ class Equations(abc.ABC):
         cls.state_entries = cls.dynamics.State._fields
         cls.input_entries = cls.dynamics.Input._fields
         annotated = inspect.get_annotations(cls)
-        names = tuple(name for name, kind in annotated.items() if "ClassVar" not in str(kind))
+        own = (name for name, kind in annotated.items() if "ClassVar" not in str(kind))
+        names = tuple(dict.fromkeys((*cls.parameter_names(), *own)))  # those of the base first
         if names != cls.dynamics.raw_names:
             raise TypeError(
                 f"{cls.__name__} has fields {names}; "

@@ -42,6 +42,7 @@ def elements() -> Mapping[Any, Any]:
         elementary.expm1: ca.expm1,
         elementary.log: ca.log,
         elementary.select: ca.if_else,
+        elementary.sign: ca.sign,
         elementary.sincos: lambda x: (ca.sin(x), ca.cos(x)),
         elementary.sqrt: ca.sqrt,
         elementary.tanh: ca.tanh,

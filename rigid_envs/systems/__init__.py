@@ -17,12 +17,13 @@ from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_ball.system import RollingBall
-from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.rolling_disk.system import EulerDisk, RollingDisk
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
 __all__ = [
     "DynamicBall",
+    "EulerDisk",
     "Event",
     "FreeBody",
     "HeavyTop",

@@ -14,7 +14,12 @@ from rigid_envs.systems import modules_of_all
 from rigid_envs.tools.pages.tables import paragraphs, table
 
 _MODULES = (rotations, bodies, *modules_of_all("laws"))
-SUBJECTS: dict[str, Subject] = {module.SUBJECT.name: module.SUBJECT for module in _MODULES}
+SUBJECTS: dict[str, Subject] = {
+    each.name: each
+    for module in _MODULES
+    for each in vars(module).values()
+    if isinstance(each, Subject)
+}
 """All laws by subject, in the order in which they are checked."""
 
 

@@ -126,9 +126,8 @@ def test_a_state_is_made_of_its_named_components(system):
 def test_components_left_out_are_at_rest(system):
     rest, expected = system.state(), np.zeros(len(system.state_entries))
     if system in examples.TURNING:
-        half = (
-            0.25 * np.pi if system in (examples.DISK, examples.COIN) else 0.0
-        )  # wheels stand upright
+        wheels = examples.DISK, examples.EULER, examples.COIN
+        half = 0.25 * np.pi if system in wheels else 0.0  # they stand upright
         expected[:2] = np.cos(half), np.sin(half)
     np.testing.assert_allclose(rest, expected, rtol=0, atol=np.finfo(np.float64).eps)
     name = next(iter(system.components))

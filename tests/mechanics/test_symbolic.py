@@ -133,6 +133,7 @@ POINTS = {
     elementary.log: [(0.3,), (7.0,)],
     elementary.clamp: [(0.5, -1.0, 1.0), (-2.0, -1.0, 1.0), (2.0, -1.0, 1.0)],
     elementary.select: [(True, 1.0, 2.0), (False, 1.0, 2.0)],
+    elementary.sign: [(0.3,), (0.0,), (-4.0,)],
     elementary.sincos: [(0.3,), (-4.0,)],
     elementary.sqrt: [(0.3,), (7.0,)],
     elementary.tanh: [(0.3,), (-7.0,)],

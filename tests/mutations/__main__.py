@@ -40,6 +40,7 @@ SOURCES = {
         ("dynamic_ball",), frozenset({"level_step", "level_ground_force"})
     ),
     "systems/rolling_disk/dynamics": Source(("rolling_disk",)),
+    "systems/rolling_disk/friction": Source(("euler_disk",)),
     "systems/upright_coin/dynamics": Source(("upright_coin",)),
     "systems/roller/dynamics": Source(("roller",)),
     "engine/algebra": Source(
@@ -47,7 +48,7 @@ SOURCES = {
         frozenset({"matrix", "matrix_product", "unit_quaternion", "log_rotation", "scaled"}),
     ),
     "engine/elementary": Source(
-        ("roller", "dynamic_ball", "rolling_disk"),
+        ("roller", "dynamic_ball", "rolling_disk", "euler_disk"),
         frozenset({"atan2", "cbrt", "clamp", "expm1", "log", "select", "tanh"}),
     ),
 }

@@ -11,9 +11,10 @@ TOP = systems.HeavyTop(1.3, 1.1, 0.6, m=0.8, g=9.5, ell=0.13)
 BALL = systems.RollingBall(0.7)
 PLATE = systems.DynamicBall(m=1.2, radius=0.8, beta=0.55, g=9.6, turntable_rate=0.7)
 DISK = systems.RollingDisk(m=5.0, radius=0.7, I1=1.4, I3=2.0, g=2.5)
+EULER = systems.EulerDisk(m=5.0, radius=0.7, I1=1.4, I3=2.0, g=2.5, contour=0.2, drag=0.03)
 COIN = systems.UprightCoin(m=1.1, radius=0.7, I1=0.3, I3=0.4, g=9.5, slope=0.3)
 ROLLER = systems.Roller(m=1.1, radius=0.7, beta=0.45, g=9.5, slope=0.4, curvature=0.3, mu=0.6)
-SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, COIN, ROLLER)
+SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, EULER, COIN, ROLLER)
 ANGLES = {"alpha_x", "alpha_y", "s"}
 """Entries of states whose sines are taken: of those beyond 1e6 rad a sine has no digit."""
 TURNING = tuple(system for system in SYSTEMS if "q" in system.components)
@@ -37,7 +38,7 @@ def states(system, rng, *lead):
     y = rng.normal(size=(*lead, len(system.state_entries)))
     if system is PLATE:
         y[..., 9:] *= 0.2
-    if system is DISK:
+    if system in (DISK, EULER):
         y[..., :4] = upright(rng, 0.4, lead)
         y[..., 6] += 4.0
     elif system is COIN:

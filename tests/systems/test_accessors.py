@@ -16,6 +16,7 @@ from tests.systems.examples import (
     BODY,
     COIN,
     DISK,
+    EULER,
     PLATE,
     ROLLER,
     SYSTEMS,
@@ -139,7 +140,7 @@ def test_the_critical_spin_is_the_sleeping_threshold():
     assert 0.09 * top.critical_spin**2 == pytest.approx(4.0 * 1.2 * 1.8, rel=1e-15)
 
 
-@pytest.mark.parametrize("system", [BODY, TOP, DISK, PLATE, COIN], ids=name_of)
+@pytest.mark.parametrize("system", [BODY, TOP, DISK, EULER, PLATE, COIN], ids=name_of)
 def test_no_rate_exceeds_its_bound_before_the_horizon(system):
     rng = np.random.default_rng(10)
     y0, u = states(system, rng, 30), inputs(system, rng, 30)
@@ -186,7 +187,7 @@ def test_the_rate_bound_is_attained():
     assert pushed == pytest.approx(1.0, rel=1e-15)
 
 
-ROLLING = (DISK, PLATE, COIN, ROLLER)
+ROLLING = (DISK, EULER, PLATE, COIN, ROLLER)
 
 
 def test_the_force_of_a_level_plate_is_that_of_any_plate():

@@ -35,6 +35,7 @@ PARAMETERS = {
     "height": ((0, 1, 0), 2.0),
     "i3": ((1, 2, 0), 0.9),
     "i_perp": ((1, 2, 0), 1.3),
+    "loss": ((1, 2, -2), 0.1),  # of the power 1
     "m": ((1, 0, 0), 1.1),
     "mgl": ((1, 2, -2), 2.1),
     "moments": ((1, 2, 0), [1.0, 2.0, 2.5]),
@@ -48,6 +49,7 @@ PARAMETERS = {
     "phi": ((0, 0, 0), 0.1),
     "phi_rate": ((0, 0, -1), 0.7),
     "place": ((0, 1, 0), [0.2, -0.3]),
+    "power": ((0, 0, 0), 1.0),
     "precession": ((0, 0, -1), 0.9),
     "psi": ((0, 0, 0), 0.2),
     "psi_rate": ((0, 0, -1), 0.5),
@@ -69,6 +71,7 @@ PARAMETERS = {
     "twist": ((0, 0, 0), 0.2),
     "v0": ((0, 1, -1), 0.4),
     "velocity": ((0, 1, -1), [1.0, 0.3]),
+    "viscosity": ((1, -1, -1), 0.01),
 }
 # where the value above is outside the range of a function
 OTHERS = {
@@ -183,9 +186,10 @@ def test_times_and_angles_of_any_shape_are_taken(key):
 
 WRONG = {
     **dict.fromkeys(
-        ("circle_radius", "i3", "i_perp", "m", "mgl", "moments", "radius"), (0.0, -1.0)
+        ("circle_radius", "i3", "i_perp", "loss", "m", "mgl", "moments", "radius", "viscosity"),
+        (0.0, -1.0),
     ),
-    **dict.fromkeys(("beta", "g", "height", "mu"), (-1.0,)),
+    **dict.fromkeys(("beta", "g", "height", "mu", "power"), (-1.0,)),
     "curvature": (0.0,),
 }
 
@@ -247,6 +251,15 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name):
             (f"rolling_disk.{name}", {"theta": theta}, "^theta = ")
             for name in ("fall", "steady_precession", "spins", "stationary_centre_precession")
             for theta in (0.0, np.pi, -0.1)
+        ),
+        *(
+            (f"rolling_disk.{name}", changed, message)
+            for name in ("settle", "settle_in_air")
+            for changed, message in (
+                ({"theta": 1.6}, "^theta = 1.6; expected numbers above 0 and below"),
+                ({"t": [0.0, 100.0]}, r"^t\[1\] = 100.0; expected from 0 on and before the disk"),
+                ({"t": -0.1}, r"^t = -0.1; expected from 0 on"),
+            )
         ),
         *(
             ("rolling_disk.spins", {key: size}, f"^{key} = .*; expected 1e-100 to 1e100 times m")

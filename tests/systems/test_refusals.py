@@ -11,7 +11,7 @@ from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.roller.system import Roller
-from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.rolling_disk.system import EulerDisk, RollingDisk
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.refusals import NO_SCALARS, refusal, refuses
 from tests.systems import examples
@@ -20,7 +20,8 @@ from tests.systems.measures import leaning
 REST = examples.BODY.state()
 FROM_ZERO = {
     *((UprightCoin, "I3"), (Roller, "beta"), (HeavyTop, "g"), (HeavyTop, "ell")),
-    *((kind, "mu") for kind in (DynamicBall, RollingDisk, Roller, UprightCoin)),
+    *((kind, "mu") for kind in (DynamicBall, EulerDisk, RollingDisk, Roller, UprightCoin)),
+    *((EulerDisk, "contour"), (EulerDisk, "drag")),
 }
 ANY_SIGN = {
     *((DynamicBall, "turntable_rate"), (UprightCoin, "slope"), (Roller, "slope")),
@@ -209,6 +210,7 @@ def test_steps_outside_the_stability_envelope_are_refused_with_the_remedy():
         (examples.PLATE, {"tilt_rate": (20.0, 0.0)}, None),
         (examples.DISK, {"omega_body": (0.0, 0.0, 20.0)}, None),
         (examples.DISK, {"omega_body": (0.0, 20.0, 0.0)}, None),
+        (EulerDisk(drag=100.0), {"spin": 1.0}, None),
         (examples.COIN, {"steer_rate": 6.0}, None),
         (examples.COIN, {"roll_rate": 6.0}, None),
         (examples.ROLLER, {"velocity": 20.0}, None),

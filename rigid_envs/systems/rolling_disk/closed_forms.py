@@ -1,4 +1,4 @@
-"""Rolling disk: steady motions, their stability, falling, integrals."""
+"""Rolling disk: steady motions, their stability, falling, integrals; Euler's disk settling."""
 
 import cmath
 import math
@@ -696,3 +696,181 @@ def spinning_exponent(
 def _exponent(factor: float, threshold: float, rate: float) -> complex:
     """Root of factor (threshold^2 - rate^2), the difference taken without cancellation."""
     return cmath.sqrt(factor * (threshold - rate) * (threshold + rate))
+
+
+# Euler's disk: the motion with still centre, as it loses energy slowly.
+
+
+@dataclass(frozen=True)
+class Settling:
+    """A disk with still centre that sinks, through steady motions, as it loses energy.
+
+    Attributes:
+        duration: time until it lies flat [s].
+        theta: angle of the axis from the vertical, that of the disk from the floor [rad].
+        precession: phi' [rad/s].
+        theta_exponent: power of the time left, to which the angle is proportional at the end.
+        precession_exponent: the same of phi'.
+    """
+
+    duration: float
+    theta: Array
+    precession: Array
+    theta_exponent: float
+    precession_exponent: float
+
+
+def stationary_centre_energy(theta: float, *, m: float, radius: float, g: float) -> float:
+    """Energy of a disk whose centre is at rest, that of the centre on the ground being 0 [J].
+
+    3/2 m g radius sin(theta), whatever its moments are: a third of it is kinetic.
+
+    Args:
+        theta: angle of the axis from the vertical, above 0 and below pi [rad].
+        m: mass [kg].
+        radius: of the rim [m].
+        g: gravity [m/s^2].
+
+    Raises:
+        ValueError: a parameter outside its range.
+
+    Source: Moffatt (2000), Nature 404:833, doi:10.1038/35009017.
+    """
+    checks.all_positive(m=m, radius=radius, g=g)
+    checks.between(checks.number(theta, "theta"), "theta", 0.0, math.pi)
+    return 1.5 * m * g * radius * math.sin(theta)
+
+
+def settle(
+    t: ArrayLike,
+    theta: float,
+    loss: float,
+    power: float,
+    *,
+    m: float,
+    radius: float,
+    i_perp: float,
+    g: float,
+) -> Settling:
+    """Motion of a disk with still centre that loses energy as a power of its rate of precession.
+
+    E' = -loss phi'^power with E and phi' of the motion with still centre: with n = 1 + power / 2,
+    sin(theta)^n falls linearly in time. It holds where a nod is short beside the time left; at the
+    very end none is. Dry friction at the contact, of torque loss, has the power 1 and the exponents
+    2/3 and -1/3; viscous friction 2, and 1/2 and -1/4; a drag with the cube of the rate 4, and 1/3
+    and -1/6, each as cos(theta) tends to 1.
+
+    Args:
+        t: times, from 0 on and before the disk lies flat, any shape [s].
+        theta: angle at t = 0, above 0 and below pi / 2 [rad].
+        loss: energy lost per time at phi' = 1 rad/s, as a torque where the power is 1 [W s^power].
+        power: of the rate, at least 0.
+        m: mass [kg].
+        radius: of the rim [m].
+        i_perp: A, moment about a diameter [kg m^2].
+        g: gravity [m/s^2].
+
+    Returns:
+        Angle and precession of the shape of t.
+
+    Raises:
+        ValueError: a parameter outside its range, or times at which it lies flat.
+
+    Source: after Moffatt (2000); Leine (2009), doi:10.1007/s00419-008-0278-6.
+    """
+    checks.all_positive(loss=loss, m=m, radius=radius, i_perp=i_perp, g=g)
+    n = 1.0 + 0.5 * checks.non_negative(power, "power")
+    start = math.sin(_angle_of_fall(theta))
+    fastest = math.sqrt(m * g * radius / i_perp)  # of a disk that stands upright
+    duration = start**n / n * (1.5 * m * g * radius / loss) / fastest**power
+    sine = start * _time_left(t, duration) ** (1.0 / n)
+    return Settling(duration, np.arcsin(sine), fastest / np.sqrt(sine), 1.0 / n, -0.5 / n)
+
+
+def settle_in_air(
+    t: ArrayLike, theta: float, viscosity: float, *, m: float, radius: float, g: float
+) -> Settling:
+    """Motion of a uniform disk with still centre over a film of air, for small angles.
+
+    Moffatt's law E' = -pi viscosity g radius^2 / theta^2 with E = 3/2 m g radius theta, so that
+    theta^3 = 2 pi (duration - t) / t1 with t1 = m / (viscosity radius), and phi'^2 =
+    4 g / (radius theta). Experiments since then found other exponents, and point to friction of
+    rolling: van den Engh, Nelson & Roach (2000), Easwar, Rouyer & Menon (2002), Ma & others (2014).
+
+    Args:
+        t: times, from 0 on and before the disk lies flat, any shape [s].
+        theta: angle at t = 0, above 0 and below pi / 2 [rad].
+        viscosity: of the air [Pa s].
+        m: mass [kg].
+        radius: of the rim [m].
+        g: gravity [m/s^2].
+
+    Returns:
+        Angle and precession of the shape of t.
+
+    Raises:
+        ValueError: a parameter outside its range, or times at which it lies flat.
+
+    Source: Moffatt (2000), Nature 404:833, doi:10.1038/35009017; van den Engh & others (2000),
+        doi:10.1038/35046209; Easwar & others (2002), doi:10.1103/PhysRevE.66.045102; Ma & others
+        (2014), doi:10.1098/rspa.2014.0191.
+    """
+    checks.all_positive(viscosity=viscosity, m=m, radius=radius, g=g)
+    start = _angle_of_fall(theta)
+    duration = start**3 * m / (2.0 * math.pi * viscosity * radius)
+    angle = start * np.cbrt(_time_left(t, duration))
+    return Settling(duration, angle, np.sqrt(4.0 * g / (radius * angle)), 1.0 / 3.0, -1.0 / 6.0)
+
+
+def air_cutoff(viscosity: float, *, m: float, radius: float, g: float) -> float:
+    """Time left at which a disk over a film of air would sink faster than it can fall [s].
+
+    Of `settle_in_air`, where the size of theta'' is g / radius: Moffatt's law ends before.
+
+    Args:
+        viscosity: of the air [Pa s].
+        m: mass [kg].
+        radius: of the rim [m].
+        g: gravity [m/s^2].
+
+    Raises:
+        ValueError: a parameter that is not positive.
+
+    Source: Moffatt (2000), Nature 404:833, doi:10.1038/35009017.
+    """
+    checks.all_positive(viscosity=viscosity, m=m, radius=radius, g=g)
+    rate = 2.0 * math.pi * viscosity * radius / m
+    fall = math.sqrt(2.0 * radius / (9.0 * g))
+    return float(fall * (fall * rate) ** 0.2)
+
+
+def air_drag(viscosity: float, *, radius: float, g: float) -> float:
+    """Drag of a uniform disk that settles as it would over a film of air [N m s^3].
+
+    With still centre and theta small psi'^4 is phi'^4 = (4 g / (radius theta))^2: the power
+    drag psi'^4 is that of `settle_in_air` for drag = pi viscosity radius^4 / (16 g). In other
+    motions the film has another resistance.
+
+    Args:
+        viscosity: of the air [Pa s].
+        radius: of the rim [m].
+        g: gravity [m/s^2].
+
+    Raises:
+        ValueError: a parameter that is not positive.
+    """
+    checks.all_positive(viscosity=viscosity, radius=radius, g=g)
+    return math.pi / 16.0 * (viscosity * radius) * (radius / g) * radius * radius
+
+
+def _angle_of_fall(theta: float) -> float:
+    checks.between(checks.number(theta, "theta"), "theta", 0.0, 0.5 * math.pi)
+    return float(theta)
+
+
+def _time_left(t: ArrayLike, duration: float) -> Array:
+    """Part of the duration that is left at some times."""
+    times = checks.array(t, "t")
+    expected = f"from 0 on and before the disk lies flat, at {duration:.9g} s"
+    checks.require((times >= 0.0) & (times < duration), times, "t", expected)
+    return np.asarray(1.0 - times / duration)

@@ -1,4 +1,4 @@
-"""Laws of the disk that rolls on its rim."""
+"""Laws of the disk that rolls on its rim, and of Euler's disk."""
 
 import math
 
@@ -7,7 +7,7 @@ import numpy as np
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import laws, rotations
 from rigid_envs.systems.rolling_disk import closed_forms as theory
-from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.rolling_disk.system import EulerDisk, RollingDisk
 
 SUBJECT = laws.Subject("rolling_disk", "a disk that rolls on its rim, under torques")
 
@@ -180,3 +180,101 @@ def a_disk_nods_between_its_turning_points() -> float:
     ends = np.array([nod.theta_min, nod.theta_max])
     other = ends[np.argmax(np.abs(ends - theta))]
     return laws.max_abs(tilt - [theta, other, theta])
+
+
+# Euler's disk: friction opposes the rate psi' of the contact along the rim.
+
+EULER = laws.Subject("euler_disk", "a disk that rolls to rest, with friction at its contact")
+
+_COIN = EulerDisk(m=1.2, radius=0.7, I1=0.21, I3=0.35, g=2.5, contour=0.3, drag=0.02)
+_Y_COIN = _Y.copy()
+_Y_COIN[:, 6] += np.resize([1.2, -1.2], 20) - _COIN.contact_rate(_Y)  # it does not come to rest
+_AXIAL = 0.35 + 1.2 * 0.7**2  # about the parallel to the axis at the contact
+
+
+def _friction(y: Array) -> tuple[Array, Array]:
+    """Torque of friction in world axes, and its power.
+
+    Of omega = phi' e_z + theta' node + psi' e3 the last rate is omega . d, with d = (e3 -
+    cos(theta) e_z) / sin(theta)^2; the torque Q d does the work Q psi'.
+    """
+    axis = laws.axis(y)
+    up = axis[..., 2:]
+    dual = (axis - up * np.array([0.0, 0.0, 1.0])) / (1.0 - up * up)
+    omega = np.einsum("...ij,...j->...i", laws.attitudes(y), _COIN.omega_body(y))
+    spin = np.sum(omega * dual, axis=-1)
+    torque = -0.3 * np.sign(spin) - 0.02 * spin**3
+    return torque[..., None] * dual, torque * spin
+
+
+_COIN_MODEL = laws.RigidBodyModel(
+    *(1.2, _COIN.moments, _centre, _WEIGHS),
+    torque=lambda y, u: _torque(y, u) + _friction(y)[0],
+    displacements=_TURNS,
+)
+laws.law_of_dalembert(EULER, _COIN, _Y_COIN, _U, _COIN_MODEL)
+
+
+@EULER.law(
+    "advance of a disk that rolls upright with uniform deceleration and rest",
+    bound=1e-12,
+    why="kicks are exact: a thousand roundings",
+)
+def dry_friction_stops_the_disk_and_leaves_it_at_rest() -> float:
+    """(C + m r^2) psi'' = -k until psi' = 0; the way is r times the angle."""
+    dry = EulerDisk(m=1.2, radius=0.7, I1=0.21, I3=0.35, g=2.5, contour=0.3)
+    errors = []
+    for spin in (2.0, -2.0):
+        for time in (3.0, 4.0, 2.0 * _AXIAL / 0.3, 7.0, 9.0):
+            end = dry.advance(dry.state(spin=spin), None, time, 120)
+            left = max(2.0 - 0.3 / _AXIAL * time, 0.0)
+            way = 0.7 * math.copysign(0.5 * (2.0**2 - left**2) * _AXIAL / 0.3, spin)
+            errors += [dry.contact_rate(end) - math.copysign(left, spin)]
+            errors += [np.abs(dry.contact(end)) - [abs(way), 0.0]] if left else []
+    return laws.max_abs(*errors)
+
+
+@EULER.law(
+    "advance of a disk that rolls upright with 1 / sqrt(1 + t / T)",
+    bound=1e-12,
+    why="kicks are exact: a hundred roundings",
+)
+def drag_slows_the_disk() -> float:
+    """(C + m r^2) psi'' = -k psi'^3."""
+    slowed = EulerDisk(m=1.2, radius=0.7, I1=0.21, I3=0.35, g=2.5, drag=0.02)
+    end = slowed.advance(slowed.state(spin=[3.0, -3.0]), None, 4.0, 80)
+    expected = 3.0 / math.sqrt(1.0 + 2.0 * 0.02 * 3.0**2 * 4.0 / _AXIAL)
+    return laws.max_abs(slowed.contact_rate(end) - [expected, -expected])
+
+
+laws.laws_of_every_system(EULER, _COIN, _Y_COIN, _U)
+
+
+@EULER.law("rate of the energy with tau . omega + Q psi'", bound=1e-9, why=laws.AS_RHS)
+def friction_takes_what_it_works() -> float:
+    """E' = tau . omega + Q psi'."""
+    motion = laws.stencil(_COIN, _Y_COIN, _U)
+    power = np.sum(_torque(_Y_COIN, _U) * _COIN.omega_world(_Y_COIN), axis=-1)
+    rate = motion.rate(_COIN.invariants(motion.y)["energy"])
+    return laws.max_abs(rate - power - _friction(_Y_COIN)[1])
+
+
+@EULER.law("simulate, rhs and contact_force with RollingDisk", bound=0.0, why="the same bits")
+def without_friction_it_is_the_rolling_disk() -> float:
+    """With contour = drag = 0."""
+    free = EulerDisk(m=1.2, radius=0.7, I1=0.21, I3=0.35, g=2.5)
+    t = np.linspace(0.0, 0.4, 5)
+    motions = [disk.simulate(_Y, t, np.tile(_U, (4, 1, 1))).y for disk in (free, _DISK)]
+    return laws.max_abs(
+        motions[0] - motions[1],
+        free.rhs(_Y, _U) - _DISK.rhs(_Y, _U),
+        free.contact_force(_Y, _U) - _DISK.contact_force(_Y, _U),
+    )
+
+
+laws.law_of_order(EULER, _COIN, _Y_COIN, _U, 0.2)
+laws.law_of_contact_force(
+    EULER,
+    *(_COIN, _Y_COIN, _U, _COIN_MODEL),
+    lambda y, u: (_COIN.contact_force(y, u), -_arm(y)),
+)

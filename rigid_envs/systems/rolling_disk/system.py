@@ -1,20 +1,28 @@
-"""Disk or hoop that rolls without slipping on a horizontal plane."""
+"""Disk or hoop that rolls without slipping on a horizontal plane, with friction or without."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from rigid_envs.base.checks import Array, array, non_negative, positive_fields, require
+from rigid_envs.base.checks import (
+    Array,
+    all_non_negative,
+    array,
+    non_negative,
+    positive_fields,
+    require,
+)
 from rigid_envs.mechanics import rotations
 from rigid_envs.mechanics.equations import CONTACT, RollingContact, TurningBody, gamma, quaternion
 from rigid_envs.mechanics.system import AdaptiveStepSystem, axial_moment, principal_moments
 from rigid_envs.systems.rolling_disk.dynamics import ROLLING_DISK
+from rigid_envs.systems.rolling_disk.friction import EULER_DISK
 
 _FLAT = 1e-6  # sin(theta) below which the point of contact is lost in rounding
 
@@ -66,7 +74,9 @@ class RollingDisk(TurningBody, RollingContact, AdaptiveStepSystem):
         "omega_body": slice(4, 7),
         "contact": slice(7, 9),
     }
-    quantities: ClassVar = ("omega_world", "tilt", "centre", "velocity", *CONTACT, "energy")
+    quantities: ClassVar[tuple[str, ...]] = (
+        *("omega_world", "tilt", "centre", "velocity", *CONTACT, "energy"),
+    )
     # a disk that rises from near flat turns within a few steps
     default_step_angle: ClassVar[float] = 1.0 / 128.0
 
@@ -79,16 +89,18 @@ class RollingDisk(TurningBody, RollingContact, AdaptiveStepSystem):
         super().__post_init__()
 
     @classmethod
-    def uniform(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:
-        """Uniform thin disk: I3 = m radius^2 / 2, I1 = I3 / 2."""
+    def uniform(
+        cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81, **friction: float
+    ) -> Self:
+        """Uniform thin disk: I3 = m radius^2 / 2, I1 = I3 / 2; `friction`: mu and what follows."""
         rim = m * radius * radius
-        return cls(m, radius, 0.25 * rim, 0.5 * rim, g)
+        return cls(m, radius, 0.25 * rim, 0.5 * rim, g, **friction)
 
     @classmethod
-    def hoop(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81) -> RollingDisk:
-        """Thin hoop: I3 = m radius^2, I1 = I3 / 2."""
+    def hoop(cls, m: float = 1.0, radius: float = 1.0, g: float = 9.81, **friction: float) -> Self:
+        """Thin hoop: I3 = m radius^2, I1 = I3 / 2; `friction`: mu and what follows."""
         rim = m * radius * radius
-        return cls(m, radius, 0.5 * rim, rim, g)
+        return cls(m, radius, 0.5 * rim, rim, g, **friction)
 
     @classmethod
     def state(
@@ -205,6 +217,63 @@ class RollingDisk(TurningBody, RollingContact, AdaptiveStepSystem):
             float(np.max(self._rates(rows), initial=math.sqrt(natural))),
             float(np.max(gain, initial=0.0)) + natural,
         )
+
+
+@dataclass(frozen=True)
+class EulerDisk(RollingDisk):
+    """Euler's disk: a coin that spins to rest. A `RollingDisk` with friction at its contact.
+
+    The contact runs along the rim at the rate $psi' = omega3 - phi' cos(theta)$. Friction opposes
+    it with the generalised torque $Q = -contour sign(psi') - drag psi'^3$ of the angle $psi$, the
+    couple $Q (e3 - cos(theta) e_z) / sin(theta)^2$. It does not work on precession and fall: the
+    energy falls at the rate $Q psi'$. The disk rolls without slipping all the while.
+
+    A disk whose centre is nearly at rest sinks as it loses energy, turns the faster the flatter it
+    is, and lies flat after a finite time $t0$: towards the end $theta$ is proportional to $(t0 -
+    t)^(2/3)$ with dry friction alone, and to $(t0 - t)^(1/3)$ with drag alone, which is Moffatt's
+    law of a disk over a film of air; `air_drag` of the closed forms is its size. Measured exponents
+    differ from his. No disk follows any to the end: when the time left is no longer than a nod it
+    just falls, and dry friction holds its contact. Near flat the rates grow without bound:
+    `simulate` says when a motion reaches $sin(theta) = 1e-6$, and the event `flat` ends it earlier.
+
+    State and input are those of `RollingDisk`. Each step is one of the rolling disk between two
+    exact kicks of friction, composed to fourth order; energy never grows. While dry friction holds
+    $psi'$ at 0, and where it turns its sense, the order is one. The rate that limits the step is
+    that of the rolling disk and what drag takes from $psi'$ per time, relative to it.
+
+    Attributes:
+        m: mass [kg].
+        radius: radius of the rim [m].
+        I1: moment of inertia about a diameter, at the centre [kg m^2].
+        I3: moment of inertia about the axis, at most m radius^2 [kg m^2].
+        g: gravitational acceleration, along -z of the world [m/s^2].
+        mu: coefficient of static friction, by which `slips` judges; without effect on the motion.
+        contour: torque of dry friction along the rim [N m].
+        drag: torque of the drag over the cube of psi' [N m s^3].
+
+    Raises:
+        ValueError: parameters that no body has.
+
+    Source: Moffatt 2000, Nature 404:833, doi:10.1038/35009017; Leine 2009, Archive of Applied
+    Mechanics 79:1063, doi:10.1007/s00419-008-0278-6.
+    """
+
+    contour: float = 0.0
+    drag: float = 0.0
+
+    dynamics: ClassVar = EULER_DISK
+    quantities: ClassVar = (*RollingDisk.quantities, "contact_rate")
+
+    def __post_init__(self) -> None:
+        """Check the parameters."""
+        all_non_negative(contour=self.contour, drag=self.drag)
+        super().__post_init__()
+
+    def contact_rate(self, y: npt.ArrayLike) -> Array:
+        """Rate psi' at which the contact runs along the rim, backwards [rad/s], shape (...)."""
+        omega, vertical = self.omega_body(y), gamma(y)
+        across = np.sum(omega[..., :2] * vertical[..., :2], axis=-1)
+        return np.asarray(omega[..., 2] - across * vertical[..., 2] / _sine(y) ** 2)
 
 
 def _sine(y: npt.ArrayLike) -> Array:
