@@ -53,6 +53,7 @@ OWN = {
     "sleeping": {"top": TOP, "push": 0.02, "spins": (0.3, 0.7, 1.2)},
     "disk": {"wheel": RollingDisk.hoop(2.0, 0.4), "tilt": 1.2, "nutation": 0.8, "circle": 2.0},
     "steady_circles": {"wheel": RollingDisk.hoop(2.0, 0.4), "radii": (0.7, 1.2, 1.8)},
+    "euler_disk": {"contour": 3e-5, "viscosity": 2e-4, "radius": 0.04, "starts": (0.04, 0.05)},
     "coin": {"torque": 0.01, "slope": 0.2, "speed": 0.8},
     "turntable": {"rate": 1.5, "beta": 2.0 / 3.0, "tilt": 0.03},
     "holonomy": {"largest": 1.2, "n_circles": 9},

@@ -9,7 +9,7 @@ import numpy as np
 
 from rigid_envs.base.checks import Array
 from rigid_envs.systems.rolling_disk import closed_forms as theory
-from rigid_envs.systems.rolling_disk.system import RollingDisk
+from rigid_envs.systems.rolling_disk.system import EulerDisk, RollingDisk
 from rigid_envs.watch.figures import BLACK, BLUE, GREEN, MUTED, RED, Match, exhibit
 
 if TYPE_CHECKING:
@@ -173,3 +173,91 @@ def _compare(
     uniform = exact.contact_radius * np.exp(1j * exact.precession * t) * complex(*-inwards)
     closed = np.stack([uniform.real, uniform.imag], axis=-1)
     return around, float(np.max(np.abs(around - closed)))
+
+
+# Euler's disk: a coin that spins to rest, against the slow settling of its still centre.
+
+
+@exhibit(
+    title="Euler's disk: a coin spins to rest",
+    caption="A disk of radius 37.5 mm and 0.4 kg spins on a table: the flatter it lies, the faster "
+    "its contact runs round, until both end at once. As powers of the time left, the angle falls "
+    "with 2/3 and the frequency grows with -1/3 under dry friction along the rim, with 1/3 and "
+    "-1/6 under a drag like that of Moffatt's film of air, here of a viscosity of 0.3 mPa s. "
+    "Simulated disks nod about the closed forms.",
+    law="sin(theta)^n falls linearly, n = 3/2 (dry friction), 3 (film of air); "
+    "phi'^2 = 4 g / (r sin(theta))",
+    source="Moffatt 2000, doi:10.1038/35009017; Leine 2009, doi:10.1007/s00419-008-0278-6",
+    size=(7.2, 4.0),
+)
+def euler_disk(
+    figure: Figure,
+    *,
+    contour: float = 2e-5,
+    viscosity: float = 3e-4,
+    radius: float = 0.0375,
+    starts: tuple[float, float] = (0.03, 0.06),
+) -> tuple[Match, ...]:
+    """Simulate a disk with dry friction and one with drag, from still centres; fit exponents.
+
+    Args:
+        figure: empty.
+        contour: torque of dry friction of the first [N m].
+        viscosity: of the air below the second [Pa s].
+        radius: of both [m].
+        starts: angles from the floor at first, of each [rad].
+    """
+    dry = EulerDisk.uniform(0.4, radius, contour=contour)
+    air = EulerDisk.uniform(0.4, radius, drag=theory.air_drag(viscosity, radius=radius, g=dry.g))
+    left, right = figure.subplots(1, 2)
+    numbers = []
+    cases = ("dry friction", dry, contour, 1.0, BLUE), ("drag", air, air.drag, 4.0, RED)
+    for (name, coin, loss, power, color), start in zip(cases, starts, strict=True):
+        t, angle, frequency, slow = _spun(coin, start, loss, power)
+        rest, exponents = _end(t, angle, frequency, slow)
+        left.plot(rest - t, np.degrees(angle), color=color, label=name)
+        left.plot(slow.duration - t, np.degrees(slow.theta), color=BLACK, ls=":", lw=1.2)
+        right.plot(rest - t, frequency, color=color)
+        right.plot(slow.duration - t, slow.precession / (2.0 * np.pi), color=BLACK, ls=":", lw=1.2)
+        expected = slow.theta_exponent, slow.precession_exponent
+        for what, value, slope in zip(("angle", "frequency"), exponents, expected, strict=True):
+            numbers.append(Match(f"exponent of the {what}, {name}", value, slope, 0.01))
+    left.plot([], [], color=BLACK, ls=":", lw=1.2, label="closed form")
+    left.set_title("angle from the floor [degrees]"), right.set_title("frequency phi' / 2 pi [Hz]")
+    for axes in (left, right):
+        axes.set_xlabel("time left [s]")
+        axes.set_xscale("log", base=2), axes.set_yscale("log", base=2), axes.invert_xaxis()
+        axes.xaxis.set_major_formatter("{x:g}"), axes.yaxis.set_major_formatter("{x:g}")
+    figure.legend(ncols=3, columnspacing=1.2)
+    return tuple(numbers)
+
+
+def _spun(
+    coin: EulerDisk, start: float, loss: float, power: float
+) -> tuple[Array, Array, Array, theory.Settling]:
+    """Times, angle and frequency of a disk from a still centre, and its closed form."""
+    body = {key: value for key, value in shape(coin).items() if key != "i3"}
+    end = theory.settle(0.0, start, loss, power, **body).duration
+    t = end * (1.0 - np.append(1.0, np.geomspace(1.0, 0.05, 150)[1:]))
+    slow = theory.settle(t, start, loss, power, **body)
+    motion = coin.simulate(coin.state(tilt=start, precession=float(slow.precession[0])), t)
+    turning = np.sum(motion["omega_world"] * coin.radius_up(motion.y), axis=-1)
+    frequency = turning / np.sin(motion["tilt"]) / (2.0 * np.pi)
+    return t, motion["tilt"], frequency, slow
+
+
+def _end(
+    t: Array, angle: Array, frequency: Array, slow: theory.Settling
+) -> tuple[float, tuple[float, float]]:
+    """Time at which powers of the time left fit best to angle and frequency, and the powers."""
+    from scipy.optimize import least_squares  # slow to import
+
+    logs = np.log(angle), np.log(frequency)
+
+    def misfit(x: Array) -> Array:
+        left = np.log(x[0] - t)
+        return np.concatenate([x[k] + x[k + 1] * left - logs[k // 2] for k in (1, 3)])
+
+    guess = 1.02 * slow.duration, logs[0][0], slow.theta_exponent
+    found = least_squares(misfit, (*guess, logs[1][0], slow.precession_exponent)).x.tolist()
+    return found[0], (found[2], found[4])
