@@ -113,6 +113,11 @@ class Equations(abc.ABC):
             require(size == 0.0 or 1.0 / _LARGEST <= size <= _LARGEST, size, name, expected)
 
     @property
+    def conserves(self) -> bool:
+        """Whether `invariants` are constant without input: friction takes from them."""
+        return True
+
+    @property
     def accessors(self) -> Mapping[str, Callable[[npt.ArrayLike], Array]]:
         """Named quantities of a state: each maps y, shape (..., n_state), to (...) or (..., k).
 

@@ -33,7 +33,7 @@ ROOMS = {
         ("systems/*/closed_forms.py", "mechanics/special.py"),
         (
             *("tests/systems/test_closed_forms.py", "tests/systems/*/test_motion.py"),
-            "tests/mechanics/test_special.py",
+            *("tests/systems/rolling_disk/test_euler_disk.py", "tests/mechanics/test_special.py"),
             "tests/mechanics/test_laws.py",
         ),
     ),

@@ -12,7 +12,7 @@ import pytest
 from gymnasium.error import DependencyNotInstalled
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.systems import FreeBody, HeavyTop, RollingBall
+from rigid_envs.systems import EulerDisk, FreeBody, HeavyTop, RollingBall
 from rigid_envs.watch.replays.motion import text_of
 from tests.refusals import refuses
 from tests.replays import test_page
@@ -106,6 +106,13 @@ def test_energy_and_momentum_change_where_an_input_acts_on_one_motion_alone():
     motion = FreeBody().simulate(FreeBody.state(spin=[1.0, 1.0]), T, u)
     assert {"Energy change", "|L| change"} <= panels_of(motion.plot()).keys()
     assert "Energy change" in text_of(motion)
+
+
+def test_energy_that_friction_takes_is_a_change_and_no_error():
+    for contour, title in ((0.0, "Energy error"), (0.1, "Energy change")):
+        disk = EulerDisk(contour=contour)
+        motion = disk.simulate(disk.state(tilt=1.0, spin=3.0), np.linspace(0.0, 0.5, 6))
+        assert title in panels_of(motion.plot())
 
 
 @pytest.mark.parametrize("system", SYSTEMS, ids=name_of)

@@ -269,6 +269,11 @@ class EulerDisk(RollingDisk):
         all_non_negative(contour=self.contour, drag=self.drag)
         super().__post_init__()
 
+    @property
+    def conserves(self) -> bool:
+        """Whether there is no friction."""
+        return self.contour == self.drag == 0.0
+
     def contact_rate(self, y: npt.ArrayLike) -> Array:
         """Rate psi' at which the contact runs along the rim, backwards [rad/s], shape (...)."""
         omega, vertical = self.omega_body(y), gamma(y)

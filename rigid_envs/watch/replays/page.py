@@ -81,7 +81,8 @@ def motion_curves(system: System, y: Array, u: Array, driven: bool) -> list[Curv
         driven: As of `curves`.
     """
     found = [*_motion(system, y, u), *_attitude(system, y), *_path(system, y)]
-    return [*found, *_errors(system, y, "change" if driven else "error")]
+    word = "error" if system.conserves and not driven else "change"
+    return [*found, *_errors(system, y, word)]
 
 
 def is_driven(episode: PastEpisode) -> bool:
@@ -126,7 +127,7 @@ _CONSERVED = {
 
 
 def _errors(system: System, y: Array, word: str) -> list[Curve]:
-    """Energy, and momenta: errors where nothing drives the system, else changes."""
+    """Energy, and momenta: errors where nothing drives or slows the system, else changes."""
     found = conservation_errors(system, y)
     result = []
     if (energy := found.pop("energy", None)) is not None:
