@@ -56,7 +56,7 @@ def derive(
     """Parameter row of `dynamics.derive`, contour [N m] and drag [N m s^3]."""
     p = rolling.derive(m, radius, I1, I3, g, mu)
     return Parameters(
-        *(m, radius, I1, I3, g, mu, contour, drag),
+        *(m, radius, I1, I3, g, p.mu, contour, drag),
         *(p.I1_contact, p.I3_contact, p.inverse1, p.inverse1_contact, p.inverse3_contact),
         *(p.ratio, p.rim_ratio, p.mgr),
     )
