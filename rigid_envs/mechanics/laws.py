@@ -403,8 +403,19 @@ def law_of_contact_force(
         return max_abs(found - force, np.cross(arm, found) - torque)
 
 
-def laws_of_every_system(subject: Subject, system: System, y: Array, u: Array) -> None:
-    """`rhs`, `parameters`, `linearize` and the steps of a system agree with its motion."""
+def laws_of_every_system(
+    subject: Subject, system: System, y: Array, u: Array, reversible: System | None = None
+) -> None:
+    """`rhs`, `parameters`, `linearize` and the steps of a system agree with its motion.
+
+    Args:
+        subject: gets the laws.
+        system: what is simulated.
+        y: states.
+        u: inputs.
+        reversible: the system without friction, whose steps can be undone, where it has friction.
+    """
+    undone = reversible or system
 
     @subject.law(
         "rhs with differences of simulate",
@@ -445,8 +456,8 @@ def laws_of_every_system(subject: Subject, system: System, y: Array, u: Array) -
     )
     def time_can_be_reversed() -> float:
         """The step by -h undoes the step by h."""
-        there = system.advance(y, u, 0.2, 24)
-        return max_abs(system.advance(there, u, -0.2, 24) - y)
+        there = undone.advance(y, u, 0.2, 24)
+        return max_abs(undone.advance(there, u, -0.2, 24) - y)
 
 
 def law_of_order(

@@ -18,6 +18,7 @@ from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_disk.system import EulerDisk, RollingDisk
+from rigid_envs.systems.spheroid.system import Spheroid
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
@@ -31,6 +32,7 @@ __all__ = [
     "RollingBall",
     "RollingContact",
     "RollingDisk",
+    "Spheroid",
     "System",
     "Trajectory",
     "UprightCoin",

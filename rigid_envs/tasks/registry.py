@@ -124,7 +124,7 @@ def load(name: str) -> Any:
 
 _FAMILIES = {
     "free_body": "Free body",
-    "heavy_top": "Top",
+    **dict.fromkeys(("heavy_top", "spheroid"), "Top"),
     **dict.fromkeys(("rolling_ball", "dynamic_ball"), "Ball"),
     **dict.fromkeys(("roller", "upright_coin", "rolling_disk"), "Coin and wheel"),
 }
@@ -355,3 +355,10 @@ _ours(
     conditions="ON_CIRCLE",
 )
 _variant("DiskRollRandom", "DiskRoll")
+_ours(
+    "spheroid:TippeTop",
+    150,
+    "effort success return time",
+    controllers={"two_spins": "two_spins", "spin_up": "spin_up"},
+    conditions="INVERTED",
+)

@@ -257,10 +257,17 @@ def departures(env_id, refinement):
     }
 
 
+# The spin momentum of a top is kept only if it is symmetric; friction leaves Jellett's integral.
+LOST = {
+    "RigidEnvs/TopRandom-v0": {"L_spin"},
+    "RigidEnvs/TippeTop-v0": {"energy", "L_vertical", "L_spin"},
+}
+
+
 def kept(env_id):
-    """Names of what the system keeps; the spin momentum of a top only if it is symmetric."""
+    """Names of what the system keeps."""
     names = {*task_of(env_id).system_type.dynamics.Invariants._fields}
-    return names - {"L_spin"} if env_id == "RigidEnvs/TopRandom-v0" else names
+    return names - LOST.get(env_id, set())
 
 
 def rounding(env_id, name):

@@ -137,6 +137,17 @@ def wheels(draw, moments):
 
 
 @st.composite
+def tippe_tops(draw):
+    """Spheres that turn over: 1 - offset / radius < I1 / I3 < 1 + offset / radius."""
+    I3, radius, heft = draw(sized(1e-6, 1e5)), draw(st.floats(0.1, 10.0)), draw(st.floats(1.0, 3.0))
+    share, place = draw(st.floats(0.05, 0.45)), draw(st.floats(-0.9, 0.9))
+    m = heft * I3 / radius**2
+    assume(1e-9 <= m <= 1e6)
+    I1 = (1.0 + place * share) * I3
+    return {"I1": I1, "I3": I3, "m": m, "radius": radius, "offset": share * radius}
+
+
+@st.composite
 def ordered(draw, low, high, rule):
     """Two ends of a range that are settings of their own."""
     ends = sorted(draw(st.floats(rule.low, min(rule.high, 10.0))) for _ in range(2))
@@ -147,13 +158,15 @@ def together(env_id):
     """Settings that must fit together."""
     names, parts = rules(env_id), [st.just({})]
     across = "I_perp" if "I_perp" in names else "I1"
-    if {"I1", "I2", "I3"} <= set(names):
+    if {"I1", "I3", "offset"} <= set(names):
+        parts.append(tippe_tops())
+    elif {"I1", "I2", "I3"} <= set(names):
         parts.append(three_moments())
     elif {across, "I3"} <= set(names):
         parts.append(two_moments(across))
     if len(parts) > 1 and {"m", "g", "ell"} <= set(names):
         parts.append(weights(parts.pop()))
-    elif len(parts) > 1 and {"m", "radius"} <= set(names):
+    elif len(parts) > 1 and {"m", "radius"} <= set(names) and "offset" not in names:
         parts.append(wheels(parts.pop()))
     for low in (name for name in names if name.endswith("_low")):
         high = low.removesuffix("low") + "high"

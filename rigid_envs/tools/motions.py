@@ -12,12 +12,14 @@ from rigid_envs.base.checks import Array
 from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.systems.heavy_top import closed_forms as theory
 from rigid_envs.systems.heavy_top.figures import TOP, parameters
+from rigid_envs.systems.spheroid.figures import THE_TOP, needed
 from rigid_envs.watch.films import play_episode
 from rigid_envs.watch.replays.replay import PastEpisode, Replay, play_again
 
 _BODY, _TOP = "RigidEnvs/IntermediateAxis-v0", "RigidEnvs/SleepingTop-v0"
 _BALL, _TABLE = "RigidEnvs/BallPark-v0", "RigidEnvs/BallParkDynamic-v0"
 _COIN, _DISK, _PUMP = "RigidEnvs/CoinPark-v0", "RigidEnvs/DiskRoll-v0", "RigidEnvs/RollPump-v0"
+_TIPPE = "RigidEnvs/TippeTop-v0"
 
 
 def motion_of(name: str) -> Replay | None:
@@ -121,6 +123,17 @@ def _turntable() -> Replay:
     return _played(_TABLE, {"no force": state}, _idle(_TABLE, 24.0), config)
 
 
+def _tippe_top() -> Replay:
+    lean, second = 0.1, needed(THE_TOP)
+    shares = {"stays upright": 0.3, "stays leaning": 0.7, "turns over": 1.1}
+    starts = {}
+    for label, share in shares.items():
+        spin = share * second / (THE_TOP.I3 * (THE_TOP.radius * math.cos(lean) - THE_TOP.offset))
+        y = THE_TOP.state(tilt=lean, spin=spin)
+        starts[label] = {name: y[part] for name, part in THE_TOP.components.items()}
+    return _played(_TIPPE, starts, _idle(_TIPPE, 30.0))
+
+
 _ABOUT = {"about e1": (1.0, 0.1, 0.05), "about e2": (0.03, 1.0, 0.03), "about e3": (0.05, 0.1, 1.0)}
 _FRISBEE = {"I1": 1.0, "I2": 1.0 + 1e-9, "I3": 2.0, "n_substeps": 2}  # the task asks for I1 < I2
 MOTIONS: Mapping[str, Callable[[], Replay]] = {
@@ -138,5 +151,6 @@ MOTIONS: Mapping[str, Callable[[], Replay]] = {
     "brackets": _brackets,
     "turntable": _turntable,
     "pump": lambda: _controlled(_PUMP),
+    "tippe_top": _tippe_top,
 }
 """Figures that move, by name; the others show a static law, or a system without an environment."""

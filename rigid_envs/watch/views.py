@@ -19,7 +19,7 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.mechanics.system import System
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.task import Task
-from rigid_envs.watch.meshes import GHOST, Color, Mesh, brick
+from rigid_envs.watch.meshes import GHOST, Color, Mesh, brick, chequered_ball, circle
 
 # Scene: what is to be seen, as data. A view makes it from a state; a backend draws it.
 #
@@ -416,6 +416,30 @@ def body_axes() -> dict[str, Arrow]:
     """Principal axes of a body, with their names."""
     names = ("e\u2081", "e\u2082", "e\u2083")
     return {f"e{k + 1}": Arrow(INSET_INK, 0.02, name) for k, name in enumerate(names)}
+
+
+def axis_sphere(y: Array, times: Array, elevation: float = 38.0) -> Panel:
+    """Path of the axis e3 of a top on the unit sphere, in world axes.
+
+    Args:
+        y: states, which begin with the attitude, shape (n, n_state).
+        times: of the states [s], shape (n,).
+        elevation: of the camera [deg].
+    """
+    axis = rotations.rotate(rotations.normalize(y[:, :4]), np.array([0.0, 0.0, 1.0]))
+    scene = Scene(
+        parts={"sphere": Part(chequered_ball(), opacity=0.55)},
+        camera=Camera((0.0, 0.0, 0.18), 4.8, -60.0, elevation, 32.0),
+        arrows={"e3": Arrow(INSET_BLUE, 0.04, "e\u2083")},
+        traces={"axis": Trace(INSET_RED, 0.045), "equator": Trace(INSET_INK, 0.012)},
+    )
+    pose = {"sphere": Pose()}
+    frames = [
+        SceneFrame(pose, {"e3": ((0.0, 0.0, 0.0), 1.15 * point)}, {"axis": LIFT * point})
+        for point in axis
+    ]
+    title = "Axis e\u2083 on the sphere"
+    return Panel(title, scene, frames, times, {"equator": LIFT * circle(97)})
 
 
 # View of a system that has none of its own.

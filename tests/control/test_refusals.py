@@ -18,6 +18,7 @@ from rigid_envs.systems.heavy_top import controllers as heavy_top
 from rigid_envs.systems.roller import controllers as roller
 from rigid_envs.systems.rolling_ball import controllers as rolling_ball
 from rigid_envs.systems.rolling_disk import controllers as rolling_disk
+from rigid_envs.systems.spheroid import controllers as spheroid
 from rigid_envs.systems.upright_coin import controllers as upright_coin
 from tests.refusals import NO_SCALARS, refusal
 from tests.systems.claims import spinning
@@ -28,7 +29,10 @@ BODY, TOP, BALL, MOVED = (
     systems.RollingBall(),
     systems.DynamicBall(),
 )
-MAY_BE_ZERO = {"Pump.dt", "QuarterRolls.reach", "PathIntegral.correlation"}
+MAY_BE_ZERO = {
+    *("Pump.dt", "QuarterRolls.reach", "PathIntegral.correlation"),
+    "TippeTopSpin.least_arm",
+}
 CONTROLLERS = (
     heavy_top.AsymmetricBalance(TOP, 0.3, 0.05, 3.0),
     heavy_top.BalancedTop(TOP, 3.0),
@@ -56,6 +60,7 @@ CONTROLLERS = (
     free_body.SingleTorque(BODY, 1.0, 0.2),
     free_body.SpinRegulator(BODY, 1.0, 0.2, 0.05),
     free_body.TimedFlip(BODY, 1.0, 0.5),
+    spheroid.TippeTopSpin(systems.Spheroid(), 0.3, 0.05, 4.0, 6.0, 0.2),
     dynamic_ball.TiltTransfer(dynamic_ball.PlateRegulator(MOVED, 0.4, 0.1), 0.1, 0.05, 20),
     upright_coin.TwoRolls(systems.UprightCoin(), 0.3, 0.5),
     heavy_top.UprightBalance(TOP, 0.3, 0.05),
@@ -114,6 +119,7 @@ DISKS = rolling_disk.rolling_state(rolling_disk.DiskMotion(*np.moveaxis(MOTIONS,
 PLACES, PACES = RNG.uniform(-3.0, 3.0, (*LEAD, 2)), RNG.uniform(-0.5, 0.5, (*LEAD, 2))
 BALLS = BALL.state(q=ATTITUDES, position=PLACES)
 PLATES = MOVED.state(q=ATTITUDES, position=PLACES, velocity=PACES, tilt=PACES[::-1])
+SPINNING = systems.Spheroid().state(q=ATTITUDES, omega_body=10.0 * SPINS[..., 4:7])
 SHARES = RNG.uniform(0.1, 0.7, LEAD)
 AHEAD = rolling_ball.FarSightedFollower(BALL, 1.0, 0.1).regulator(PACES).gain
 IN_BOX = {
@@ -130,6 +136,7 @@ IN_BOX = {
     "SingleTorque": (SPINS,),
     "SpinRegulator": (SPINS,),
     "TimedFlip": (SPINS, 9.0 * SHARES),
+    "TippeTopSpin": (SPINNING,),
 }
 IN_BALL = {
     "DampedFollower": (BALLS, BALLS[::-1], PACES),

@@ -9,7 +9,7 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from rigid_envs.base.checks import ConfigError, one_named
-from rigid_envs.systems import HeavyTop, RollingDisk
+from rigid_envs.systems import HeavyTop, RollingDisk, Spheroid
 from rigid_envs.tools.gallery import FIGURES, make, write_figures
 from rigid_envs.tools.motions import MOTIONS, motion_of
 from rigid_envs.watch.figures import DPI, STYLE, Match
@@ -61,6 +61,7 @@ OWN = {
     "shortest": {"turns": (30.0, 60.0, 100.0, 170.0), "place": (2.0, -3.0), "turn": 70.0},
     "race": {"slope": 0.6, "height": 2.0},
     "slipping": {"mu": 0.2, "speed": 2.0, "beta": 0.5},
+    "tippe_top": {"top": Spheroid(offset=0.2, mu=0.4), "lean": 0.2, "duration": 30.0},
     "pump": {"beta_change": 0.4, "start": -0.3, "rim": 1.1},
 }
 
@@ -169,6 +170,13 @@ def test_the_frisbee_keeps_its_spin_and_the_cusped_top_stops_at_its_top():
     tilts = [system.accessors["tilt"](episode.y) for episode in replay.episodes]
     assert all(tilt[0] == pytest.approx(np.radians(35.0)) for tilt in tilts)
     assert all(tilt.min() > tilt[0] - 1e-4 for tilt in tilts[1:])
+
+
+def test_tippe_tops_end_upright_leaning_and_upside_down():
+    replay = motion_of("tippe_top")
+    top = replay.task.system(replay.episodes[0].parameters)
+    ends = np.degrees([top.tilt(episode.y[-1]) for episode in replay.episodes])
+    assert ends == pytest.approx([0.0, 96.0, 180.0], abs=5.0)
 
 
 def test_what_moves_is_written_as_a_page_too(tmp_path):

@@ -43,6 +43,7 @@ SOURCES = {
     "systems/rolling_disk/friction": Source(("euler_disk",)),
     "systems/upright_coin/dynamics": Source(("upright_coin",)),
     "systems/roller/dynamics": Source(("roller",)),
+    "systems/spheroid/dynamics": Source(("spheroid",)),
     "engine/algebra": Source(
         ("heavy_top", "rolling_ball", "rolling_disk", "free_body"),
         frozenset({"matrix", "matrix_product", "unit_quaternion", "log_rotation", "scaled"}),

@@ -37,6 +37,7 @@ ROUNDING = 1e-6
 HIDDEN = {
     "CoinPark": ("steer_rate", "roll_rate"),
     "BallPlate": ("q",),
+    "TippeTop": ("centre",),
     **dict.fromkeys(("IntermediateAxis", "IntermediateAxisRandom", "Detumble", "AxisFlip"), ("q",)),
     **dict.fromkeys(("IntermediateAxisSingle", "SpinCapture"), ("q",)),
 }
@@ -125,7 +126,7 @@ def test_states_are_found_at_other_values_of_all_settings(env_id):
 def test_an_attitude_that_is_needed_and_hidden_is_refused_by_name(env_id):
     needed = {"SleepingTop", "PivotTop", "TopPrecession", "TopRandom", "SleepingTopRandom"}
     needed |= {"BallPark", "BallParkRandom", "BallReorient", "BallParkDynamic", "BallGrid"}
-    if env_id.split("/")[1].removesuffix("-v0") in needed | {"CoinPark"}:
+    if env_id.split("/")[1].removesuffix("-v0") in needed | {"CoinPark", "TippeTop"}:
         with pytest.raises(ConfigError, match=r"config\.rotation: rotation = 'none'; expected an"):
             rigid_envs.reference(env_id, rotation="none")
     else:

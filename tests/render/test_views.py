@@ -23,12 +23,14 @@ from rigid_envs.systems.rolling_ball.tasks import BallPark, BallParkGoal, BallSt
 from rigid_envs.systems.rolling_ball.view import OUTSIDE
 from rigid_envs.systems.rolling_disk.dynamics import State as DiskState
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, rolling
+from rigid_envs.systems.spheroid.tasks import TippeTop
+from rigid_envs.systems.spheroid.view import SpheroidView, tippe_top
 from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.testing.environments import fresh, single
-from rigid_envs.watch.meshes import box, sectors
+from rigid_envs.watch.meshes import box, octants, sectors
 from rigid_envs.watch.views import GenericView, cost_figure, view_class, view_of
 from tests.from_pages.attitudes import matrix
 
@@ -131,6 +133,7 @@ BODIES = {
     "RollingBall": (BallPark(), systems.RollingBall(), "ball"),
     "DynamicBall": (BallPlate(), systems.DynamicBall(), "ball"),
     "RollingDisk": (DiskRoll(), systems.RollingDisk(), "disk"),
+    "Spheroid": (TippeTop(), systems.Spheroid(), "body"),
 }
 
 
@@ -356,6 +359,46 @@ def test_the_foot_of_a_wheel_rests_on_its_track(part):
     travelled = np.subtract(after.poses[part].position, before.poses[part].position)
     assert np.linalg.norm(travelled) > 5e-5
     assert np.linalg.norm(last - first) < 1e-7
+
+
+EGG = {"radius": 0.8, "half_height": 1.3, "offset": 0.2, "I1": 0.5, "I3": 0.3}
+
+
+@pytest.mark.parametrize("shape", [{}, EGG], ids=["sphere", "egg"])
+def test_a_spheroid_touches_the_plane_at_its_contact_and_holds_its_centre_of_mass(shape):
+    system = systems.Spheroid(**shape)
+    parameters = {name: getattr(system, name) for name in system.parameter_names()}
+    y = system.state(q=Q, centre=[1.0, -2.0], omega_body=[0.3, -0.4, 1.0])
+    view = SpheroidView(TippeTop(), parameters)
+    moment = Moment(y, np.zeros(5), parameters, {}, dynamics=system.dynamics)
+    pose = view.frame(moment).poses["body"]
+    ball = np.array([placed(pose, point) for point in octants(1.0, [(0.5,) * 3] * 8, 90).vertices])
+    lowest = ball[np.argmin(ball[:, 2])]
+    assert lowest[2] == pytest.approx(0.0, abs=1e-3)
+    assert lowest[:2] == pytest.approx(system.contact(y), abs=0.03)
+    mass = np.append(system.centre(y), system.height(y))
+    assert placed(pose, [0.0, 0.0, -system.offset / system.half_height]) == pytest.approx(mass)
+
+
+def test_a_tippe_top_is_inside_the_sphere_that_its_physics_is_of():
+    distances = np.linalg.norm(tippe_top().vertices, axis=-1)
+    assert distances.max() == pytest.approx(1.0, abs=1e-6)
+    assert tippe_top().vertices[:, 2].max() == pytest.approx(1.0)  # it stands on its stem
+
+
+@pytest.mark.parametrize("rate", [5.0, -5.0])
+@pytest.mark.parametrize("torque", [0.4, -0.4])
+def test_arrows_of_a_spheroid_stand_above_it_and_point_where_the_vectors_do(rate, torque):
+    y = systems.Spheroid.state(q=Q, omega_body=[0.3, -0.4, rate])
+    view, moment = at(TippeTop(), y, np.array([0.0, 0.0, torque, 0.0, 0.0]))
+    frame, centre = view.frame(moment), view.centre(moment)
+    wanted = {"omega": [0.3, -0.4, rate], "input": [0.0, 0.0, torque]}
+    for name, vector in wanted.items():
+        start, arrow = frame.arrows[name]
+        direction = matrix(Q) @ vector / np.linalg.norm(vector)
+        assert np.allclose(arrow / np.linalg.norm(arrow), direction), name
+        ends = [start - centre, start + arrow - centre]
+        assert all(end[2] >= 0.0 and np.linalg.norm(end) > 1.0 for end in ends), name
 
 
 @pytest.mark.parametrize("spin", [1.5, -1.5])

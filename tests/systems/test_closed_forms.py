@@ -27,9 +27,11 @@ PARAMETERS = {
     "contact_radius": ((0, 1, 0), 0.8),
     "curvature": ((0, -1, 0), 0.2),
     "displacement": ((0, 1, 0), [0.4, 0.3]),
+    "drag": ((0, -1, 1), 0.2),
     "displacements": ((0, 1, 0), [[0.4, 0.3], [0.1, -0.6]]),
     "frequencies": ((0, 0, -1), [1.3, 0.7]),
     "g": ((0, 1, -2), 9.8),
+    "half_height": ((0, 1, 0), 0.4),
     "heading": ((0, 0, 0), 0.2),
     "heading_acceleration": ((0, 0, -2), 0.3),
     "height": ((0, 1, 0), 2.0),
@@ -40,9 +42,11 @@ PARAMETERS = {
     "mgl": ((1, 2, -2), 2.1),
     "moments": ((1, 2, 0), [1.0, 2.0, 2.5]),
     "mu": ((0, 0, 0), 0.3),
+    "offset": ((0, 1, 0), 0.1),
     "omega": ((0, 0, -1), [0.5, -0.4, 0.7]),
     "omega0": ((0, 0, -1), [0.3, 1.2, -0.4]),
     "omega3": ((0, 0, -1), 6.0),
+    "p_jellett": ((1, 2, -1), 2.0),
     "p_phi": ((1, 2, -1), 0.9),
     "p_psi": ((1, 2, -1), 0.6),
     "phase": ((0, 0, 0), 0.2),
@@ -57,6 +61,7 @@ PARAMETERS = {
     "radius": ((0, 1, 0), 0.3),
     "rate": ((0, 0, -1), 0.8),
     "s0": ((0, 1, 0), 0.2),
+    "slip_speed": ((0, 1, -1), 0.2),
     "slope": ((0, 0, 0), 0.3),
     "speed": ((0, 1, -1), 0.5),
     "spin": ((0, 0, -1), 0.4),
@@ -186,10 +191,14 @@ def test_times_and_angles_of_any_shape_are_taken(key):
 
 WRONG = {
     **dict.fromkeys(
-        ("circle_radius", "i3", "i_perp", "loss", "m", "mgl", "moments", "radius", "viscosity"),
+        (
+            *("circle_radius", "half_height", "i3", "i_perp", "loss", "m", "mgl", "moments"),
+            *("radius", "viscosity"),
+        ),
         (0.0, -1.0),
     ),
     **dict.fromkeys(("beta", "g", "height", "mu", "power"), (-1.0,)),
+    **dict.fromkeys(("drag", "slip_speed"), (0.0, -1.0)),
     "curvature": (0.0,),
 }
 
@@ -225,6 +234,12 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name):
     [
         ("roller.descend", {"slope": 2.0}, r"^slope = 2\.0"),
         ("roller.slide", {"t": -1.0}, r"^t = -1\.0; expected at least 0"),
+        ("spheroid.nutation", {"omega3": 0.0}, r"^omega3 = 0\.0; expected a spin"),
+        ("spheroid.nutation", {"theta": 0.0}, r"^theta = 0\.0"),
+        ("spheroid.nutation", {"offset": 0.4}, r"^offset = 0\.4; expected from -0\.4 to 0\.4 m"),
+        ("spheroid.tumbling", {"offset": -0.3}, r"^offset = -0\.3; expected from -0\.3 to 0\.3 m"),
+        ("spheroid.jellett_thresholds", {"offset": 0.0}, r"^offset = 0\.0; expected a positive"),
+        ("spheroid.slide_with_friction", {"t": -1.0}, r"^t = -1\.0; expected at least 0"),
         ("upright_coin.drift_across_slope", {"steering_rate": 0.0}, r"^steering_rate = 0\.0"),
         ("dynamic_ball.roll_on_plate", {"beta": 0.0}, r"^beta = 0\.0"),
         ("dynamic_ball.turntable_circle", {"turntable_rate": 0.0}, r"^turntable_rate = 0\.0"),

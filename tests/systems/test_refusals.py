@@ -12,6 +12,7 @@ from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_disk.system import EulerDisk, RollingDisk
+from rigid_envs.systems.spheroid.system import Spheroid
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.refusals import NO_SCALARS, refusal, refuses
 from tests.systems import examples
@@ -20,12 +21,12 @@ from tests.systems.measures import leaning
 REST = examples.BODY.state()
 FROM_ZERO = {
     *((UprightCoin, "I3"), (Roller, "beta"), (HeavyTop, "g"), (HeavyTop, "ell")),
-    *((kind, "mu") for kind in (DynamicBall, EulerDisk, RollingDisk, Roller, UprightCoin)),
-    *((EulerDisk, "contour"), (EulerDisk, "drag")),
+    *((kind, "mu") for kind in (DynamicBall, RollingDisk, Roller, Spheroid, UprightCoin)),
+    *((EulerDisk, "mu"), (EulerDisk, "contour"), (EulerDisk, "drag"), (Spheroid, "drag")),
 }
 ANY_SIGN = {
     *((DynamicBall, "turntable_rate"), (UprightCoin, "slope"), (Roller, "slope")),
-    (Roller, "curvature"),
+    *((Roller, "curvature"), (Spheroid, "offset")),
 }
 
 

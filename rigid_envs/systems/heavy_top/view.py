@@ -118,7 +118,7 @@ class HeavyTopView(views.View):
     @staticmethod
     def insets(system: Any, y: Array, times: Array, driven: bool) -> list[views.Panel]:
         """The path of the axis on a sphere."""
-        return [_axis_sphere(y, times)]
+        return [views.axis_sphere(y, times)]
 
 
 class SleepingTopView(HeavyTopView):
@@ -237,33 +237,6 @@ class TopPrecessionView(SleepingTopView):
         """Also the commanded tilt."""
         goal = math.degrees(moment.aux["goal_tilt"])
         return (*super().readings(moment), f"commanded tilt {goal:.1f} deg, {self.task.branch}")
-
-
-# Insets of a replay page: Poinsot's construction of a free body, the axis of a top on a sphere.
-
-
-def _axis_sphere(y: Array, times: Array) -> views.Panel:
-    """Path of the axis e3 of a top on the unit sphere, in world axes."""
-    q = rotations.normalize(y[:, :4])
-    axis = rotations.rotate(q, np.array([0.0, 0.0, 1.0]))
-    scene = views.Scene(
-        parts={"sphere": views.Part(meshes.chequered_ball(), opacity=0.55)},
-        camera=views.Camera((0.0, 0.0, 0.18), 4.8, -60.0, 38.0, 32.0),
-        arrows={"e3": views.Arrow(views.INSET_BLUE, 0.04, "e\u2083")},
-        traces={
-            "axis": views.Trace(views.INSET_RED, 0.045),
-            "equator": views.Trace(views.INSET_INK, 0.012),
-        },
-    )
-    pose = {"sphere": views.Pose()}
-    frames = [
-        views.SceneFrame(
-            pose, {"e3": ((0.0, 0.0, 0.0), 1.15 * point)}, {"axis": views.LIFT * point}
-        )
-        for point in axis
-    ]
-    title = "Axis e\u2083 on the sphere"
-    return views.Panel(title, scene, frames, times, {"equator": views.LIFT * meshes.circle(97)})
 
 
 # Meshes, each made once in a process.
