@@ -409,6 +409,13 @@ class TurningBody(Equations):
     def moments(self) -> Array:
         """Principal moments [kg m^2], shape (3,)."""
 
+    def tilt(self, y: npt.ArrayLike) -> Array:
+        """Angle theta between e3 and the vertical [rad], in [0, pi], shape (...)."""
+        vertical = gamma(y)
+        return np.asarray(
+            np.arctan2(np.hypot(vertical[..., 0], vertical[..., 1]), vertical[..., 2])
+        )
+
     def omega_body(self, y: npt.ArrayLike) -> Array:
         """Angular velocity in body axes [rad/s], shape (..., 3)."""
         return _component(self.components["omega_body"], y)

@@ -2,9 +2,10 @@
 
 from typing import Any, NamedTuple
 
-from rigid_envs.engine.algebra import Quaternion, Row, Vector, matrix
+from rigid_envs.engine import randoms
+from rigid_envs.engine.algebra import Quaternion, Row, Vector, compose, matrix
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.elementary import select
+from rigid_envs.engine.elementary import select, sincos
 from rigid_envs.engine.episode import single
 
 Pair = tuple[float, float]
@@ -54,3 +55,12 @@ def single_matrix(q: Quaternion) -> Row:
         single(r[7]),
         single(r[8]),
     )
+
+
+@scalar
+def tilted(stream: randoms.Stream, tilt: float, azimuth_at: int, phase_at: int) -> Quaternion:
+    """Attitude with the given tilt [rad], azimuth and phase uniform, drawn at two places."""
+    azimuth, phase = randoms.direction(stream, azimuth_at), randoms.direction(stream, phase_at)
+    sine, cosine = sincos(0.5 * tilt)
+    axis = (cosine, sine * azimuth[0], sine * azimuth[1], 0.0)
+    return compose(axis, (phase[0], 0.0, 0.0, phase[1]))

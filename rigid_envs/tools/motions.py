@@ -12,7 +12,7 @@ from rigid_envs.base.checks import Array
 from rigid_envs.scores.policies import from_controller, reference_controllers
 from rigid_envs.systems.heavy_top import closed_forms as theory
 from rigid_envs.systems.heavy_top.figures import TOP, parameters
-from rigid_envs.systems.spheroid.figures import THE_TOP, needed
+from rigid_envs.systems.spheroid.figures import THE_TOP
 from rigid_envs.watch.films import play_episode
 from rigid_envs.watch.replays.replay import PastEpisode, Replay, play_again
 
@@ -124,7 +124,7 @@ def _turntable() -> Replay:
 
 
 def _tippe_top() -> Replay:
-    lean, second = 0.1, needed(THE_TOP)
+    lean, second = 0.1, THE_TOP.standing_jellett
     shares = {"stays upright": 0.3, "stays leaning": 0.7, "turns over": 1.1}
     starts = {}
     for label, share in shares.items():

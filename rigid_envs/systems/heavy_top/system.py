@@ -90,13 +90,6 @@ class HeavyTop(TurningBody, System):
         """
         return 2.0 * math.sqrt(self.I1 * self.m * self.g * self.ell) / self.I3
 
-    def tilt(self, y: npt.ArrayLike) -> Array:
-        """Angle theta between e3 and the vertical [rad], in [0, pi], shape (...)."""
-        vertical = gamma(y)
-        return np.asarray(
-            np.arctan2(np.hypot(vertical[..., 0], vertical[..., 1]), vertical[..., 2])
-        )
-
     def pivot(self, y: npt.ArrayLike) -> Array:
         """Horizontal position of the pivot [m], shape (..., 2)."""
         return np.array(np.asarray(y, dtype=np.float64)[..., 7:9])

@@ -171,10 +171,6 @@ class RollingDisk(TurningBody, RollingContact, AdaptiveStepSystem):
         """Principal moments at the centre (I1, I1, I3) [kg m^2]."""
         return np.array([self.I1, self.I1, self.I3])
 
-    def tilt(self, y: npt.ArrayLike) -> Array:
-        """Angle theta between the axis e3 and the vertical [rad], pi / 2 upright, shape (...)."""
-        return np.asarray(np.arctan2(_sine(y), gamma(y)[..., 2]))
-
     def radius_up(self, y: npt.ArrayLike) -> Array:
         """Unit vector n from the contact to the centre, in world axes, shape (..., 3)."""
         vertical = gamma(y)

@@ -143,7 +143,7 @@ def slip(omega: algebra.Vector, v: algebra.Vector, at: Place) -> algebra.Vector:
     """
     w1, w2, w3 = omega
     g1, g2, g3, kappa, reach, _, _ = at
-    rho3, rise = fma(-reach, g3, kappa), kappa * fma(g1, w2, -g2 * w1)  # rise of -z'
+    rho3, rise = fma(-reach, g3, kappa), kappa * fma(g1, w2, -g2 * w1)  # -z'
     return (
         v[0] + fma(w2, rho3, reach * w3 * g2) - rise * g1,
         v[1] - fma(w1, rho3, reach * w3 * g1) - rise * g2,

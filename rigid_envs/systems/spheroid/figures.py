@@ -22,11 +22,6 @@ THE_TOP = Spheroid()  # I1 = 0.38, I3 = 0.4, centre of mass 0.3 radii below the 
 _DEGREES = [0, 45, 90, 135, 180]
 
 
-def needed(top: Spheroid) -> float:
-    """J above which a top stands on its head [N m^2 s]."""
-    return top.I3 * top.standing_spin * (top.radius + top.offset)
-
-
 def _steady(top: Spheroid, J: float) -> tuple[float, float, float]:
     """Tilt [rad] of the motion of least energy with J, its J / D [rad/(m s)], and its energy [J].
 
@@ -74,7 +69,7 @@ def tippe_top(
     (tilts, spins), (energies, ends) = figure.subplots(2, 2)
     tilts.set_title("tilt theta [degrees]"), tilts.set_yticks(_DEGREES)
     spins.set_title("spin in the body omega3 [rad/s]"), energies.set_title("energy [J]")
-    second = needed(top)
+    second = top.standing_jellett
     J = second * np.array(shares)
     spin = J / (top.I3 * (top.radius * math.cos(lean) - top.offset))
     t = np.linspace(0.0, duration, 801)

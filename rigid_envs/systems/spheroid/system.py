@@ -137,16 +137,14 @@ class Spheroid(TurningBody, RollingContact, AdaptiveStepSystem):
         return z * math.sqrt(self.m * self.g * (z - R) / (R * lever)) if lever > 0.0 else math.inf
 
     @property
+    def standing_jellett(self) -> float:
+        """Jellett's integral of a spin upside down at `standing_spin` [N m^2 s]."""
+        return self.I3 * self.standing_spin * (self.half_height + self.offset)
+
+    @property
     def slowest_rate(self) -> float:
         """The `rate` at rest: that of gravity and of friction [rad/s]."""
         return float(self.parameters[self.dynamics.Parameters._fields.index("natural")])
-
-    def tilt(self, y: npt.ArrayLike) -> Array:
-        """Angle theta between e3 and the vertical [rad], in [0, pi], shape (...)."""
-        vertical = gamma(y)
-        return np.asarray(
-            np.arctan2(np.hypot(vertical[..., 0], vertical[..., 1]), vertical[..., 2])
-        )
 
     def centre(self, y: npt.ArrayLike) -> Array:
         """Horizontal position of the centre of mass [m], shape (..., 2)."""

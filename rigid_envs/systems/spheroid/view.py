@@ -124,8 +124,7 @@ class TippeTopView(SpheroidView):
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Also how much of Jellett's integral there is."""
         top = self.system
-        needed = top.I3 * top.standing_spin * (top.radius + top.offset)
-        share = abs(float(top.invariants(moment.y)["jellett"])) / needed
+        share = abs(float(top.invariants(moment.y)["jellett"])) / top.standing_jellett
         return (*super().readings(moment), f"Jellett's integral {share:.2f} of what standing needs")
 
 

@@ -14,7 +14,7 @@ from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, 
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks import shared
 from rigid_envs.tasks.fields import Entry, span
-from rigid_envs.tasks.parts import Held, held_for, limited, limited_pair
+from rigid_envs.tasks.parts import Held, held_for, limited, limited_pair, tilted
 from rigid_envs.tasks.reduction import Frame, Reduction, frame_along, polar_seen, turn
 
 # Reduced coordinates of a symmetric top whose pivot is accelerated: `PivotTop`.
@@ -166,7 +166,7 @@ class Constants(NamedTuple):
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Slow spin, small tilt, pivot at rest in the centre."""
     tilt = c.start_tilt * fma(2.0 / 3.0, randoms.uniform(stream, 0), 1.0 / 3.0)
-    q = shared.tilted(stream, tilt, 1 << 20, 1 << 21)
+    q = tilted(stream, tilt, 1 << 20, 1 << 21)
     spin = shared.critical_spin(p) * c.start_spin * fma(0.7, randoms.uniform(stream, 1), 0.3)
     return State(*q, 0.0, 0.0, spin, *shared.ORIGIN), Held(0.0)
 

@@ -6,8 +6,7 @@ from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 
-from rigid_envs.engine import randoms
-from rigid_envs.engine.algebra import Quaternion, Row, Vector, attitude, compose, rotate, vertical
+from rigid_envs.engine.algebra import Quaternion, Row, Vector, attitude, rotate, vertical
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import atan2, fma, select, sincos
 from rigid_envs.mechanics.system import fastest_turn
@@ -84,15 +83,6 @@ class SymmetricTopTask(TopTask):
 def derive_symmetric(I1: float, I2: float, I3: float, m: float, g: float, ell: float) -> Parameters:
     """Parameters of a symmetric top: I2 is replaced by I1, as both are drawn independently."""
     return heavy_top.derive(I1, I1, I3, m, g, ell)
-
-
-@scalar
-def tilted(stream: randoms.Stream, tilt: float, azimuth_at: int, phase_at: int) -> Quaternion:
-    """Attitude with the given tilt [rad], azimuth and phase uniform, drawn at two places."""
-    azimuth, phase = randoms.direction(stream, azimuth_at), randoms.direction(stream, phase_at)
-    sine, cosine = sincos(0.5 * tilt)
-    axis = (cosine, sine * azimuth[0], sine * azimuth[1], 0.0)
-    return compose(axis, (phase[0], 0.0, 0.0, phase[1]))
 
 
 @scalar

@@ -14,7 +14,7 @@ from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, 
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks import shared
 from rigid_envs.tasks.fields import Entry, Range, span
-from rigid_envs.tasks.parts import Held, held_for, limited
+from rigid_envs.tasks.parts import Held, held_for, limited, tilted
 from rigid_envs.tasks.reduction import Frame, Reduction, turned_back
 
 # Reduced coordinates of a symmetric top that is held by a horizontal torque: `SleepingTop`.
@@ -115,7 +115,7 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, H
     tilt = c.start_tilt * randoms.uniform(stream, 0)
     width = c.start_spin_high - c.start_spin_low
     spin = shared.critical_spin(p) * fma(width, randoms.uniform(stream, 1), c.start_spin_low)
-    q = shared.tilted(stream, tilt, 2, 1 << 20)
+    q = tilted(stream, tilt, 2, 1 << 20)
     return State(*q, 0.0, 0.0, spin, *shared.ORIGIN), Held(0.0)
 
 

@@ -16,7 +16,7 @@ from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, 
 from rigid_envs.systems.heavy_top.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks import shared
 from rigid_envs.tasks.fields import Entry
-from rigid_envs.tasks.parts import held_for, limited, limited_pair
+from rigid_envs.tasks.parts import held_for, limited, limited_pair, tilted
 from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, turned_back
 from rigid_envs.tasks.task import AuxiliaryRanges
 
@@ -189,7 +189,7 @@ class Auxiliary(NamedTuple):
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Auxiliary]:
     """Random tilt, transverse rates and goal; spin above the critical one."""
-    q = shared.tilted(stream, c.start_tilt * randoms.uniform(stream, 0), 1 << 20, 1 << 21)
+    q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0), 1 << 20, 1 << 21)
     spin = shared.critical_spin(p) * fma(c.start_spread, randoms.uniform(stream, 1), c.start_spin)
     goal = fma(c.goal_spread, randoms.uniform(stream, 2), c.goal_tilt)
     across = randoms.in_disk(stream, 1 << 22)

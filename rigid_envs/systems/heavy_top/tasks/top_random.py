@@ -14,7 +14,7 @@ from rigid_envs.systems.heavy_top.dynamics import HEAVY_TOP, Input, Parameters, 
 from rigid_envs.systems.heavy_top.symmetry import HALF_TURN, REFLECTION, TURN
 from rigid_envs.systems.heavy_top.tasks import shared
 from rigid_envs.tasks.fields import Entry, Range, physical, span
-from rigid_envs.tasks.parts import Held, held_for, limited
+from rigid_envs.tasks.parts import Held, held_for, limited, tilted
 from rigid_envs.tasks.reduction import Frame, Reduction, turned_back
 
 # Reduced coordinates of an asymmetric top that is held by body torques: `TopRandom`.
@@ -126,7 +126,7 @@ class Constants(NamedTuple):
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Small tilt, spin in either sense, small transverse rates."""
-    q = shared.tilted(stream, c.start_tilt * randoms.uniform(stream, 0), 1 << 20, 1 << 21)
+    q = tilted(stream, c.start_tilt * randoms.uniform(stream, 0), 1 << 20, 1 << 21)
     spin = c.start_spin * (2.0 * randoms.uniform(stream, 1) - 1.0)
     across = randoms.in_disk(stream, 1 << 22)
     omega = (c.start_rate * across[0], c.start_rate * across[1], spin)

@@ -8,14 +8,7 @@ from typing import Any, ClassVar, NamedTuple, cast
 
 from rigid_envs.base.settings import Number, refusal, setting
 from rigid_envs.engine import randoms
-from rigid_envs.engine.algebra import (
-    Row,
-    attitude,
-    compose,
-    dot,
-    rotate,
-    vertical,
-)
+from rigid_envs.engine.algebra import Row, attitude, dot, rotate, vertical
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import fma, sincos
 from rigid_envs.engine.episode import Episode, clip_to_interval
@@ -24,8 +17,16 @@ from rigid_envs.systems.spheroid.dynamics import SPHEROID, Input, Parameters, St
 from rigid_envs.systems.spheroid.symmetry import PHASE, REFLECTION, TURN
 from rigid_envs.systems.spheroid.system import Spheroid
 from rigid_envs.tasks.fields import Entry, Range, physical, span
-from rigid_envs.tasks.parts import Held, held_for, limited, limited_pair
-from rigid_envs.tasks.reduction import Frame, Reduction, axial_seen, frame_along, polar_seen
+from rigid_envs.tasks.parts import Held, held_for, limited, limited_pair, tilted
+from rigid_envs.tasks.reduction import (
+    Frame,
+    Reduction,
+    Side,
+    axial_seen,
+    frame_along,
+    polar_seen,
+    turn_one,
+)
 from rigid_envs.tasks.symmetry import TRANSLATION
 from rigid_envs.tasks.task import Task
 
@@ -88,15 +89,9 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Frame:
-    """Frame along the lean of the axis."""
-    return _frame(_seen(y, c))
-
-
-@scalar
-def turn(a: Any, frame: Any) -> tuple[float]:
-    """Torque about the axis, mirrored as the frame is."""
-    return (frame.side * a[0],)
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Side:
+    """The side to which the frame is mirrored: all that the torque asks for."""
+    return Side(_frame(_seen(y, c)).side)
 
 
 TIPPE_TOP = Reduction(
@@ -115,9 +110,9 @@ TIPPE_TOP = Reduction(
         Entry("J / needed", "1", "limited", 0.0, _MOST),
     ),
     observe=observe_reduced,
-    Frame=Frame,
+    Frame=Side,
     frame_of=frame_of,
-    turn=turn,
+    turn=turn_one,
     formulas="""
     The slip is $v = V + omega x (offset e3 - radius e_z)$, its horizontal part, in world axes, and
     $J = L . (radius e_z - offset e3)$. The $x$-axis of the frame is along the horizontal part of
@@ -208,10 +203,7 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, H
     spin = 2.0 * randoms.uniform(stream, 1) - 1.0
     share = fma(width, abs(spin), c.start_spin_low)
     spin = math.copysign(share * rising_spin(p), spin)
-    azimuth, phase = randoms.direction(stream, 1 << 20), randoms.direction(stream, 1 << 21)
-    sine, cosine = sincos(0.5 * tilt)
-    axis = (cosine, sine * azimuth[0], sine * azimuth[1], 0.0)
-    q = compose(axis, (phase[0], 0.0, 0.0, phase[1]))
+    q = tilted(stream, tilt, 1 << 20, 1 << 21)
     return State(*q, 0.0, 0.0, spin, 0.0, 0.0, 0.0, 0.0), Held(0.0)
 
 
@@ -389,8 +381,7 @@ class TippeTop(Task):
     @property
     def needed(self) -> float:
         """Jellett's integral above which the inverted top is stable [N m^2 s]."""
-        top = self._middle()
-        return top.I3 * top.standing_spin * (top.radius + top.offset)
+        return self._middle().standing_jellett
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates from the fastest start, by the work of the torque.
