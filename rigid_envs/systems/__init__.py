@@ -6,6 +6,7 @@ Each system is a frozen dataclass of physical parameters. All of them share the 
 
 import importlib
 from importlib.util import find_spec
+from pkgutil import iter_modules
 from types import ModuleType
 
 from rigid_envs.mechanics.equations import RollingContact
@@ -19,6 +20,7 @@ from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_disk.system import EulerDisk, RollingDisk
 from rigid_envs.systems.spheroid.system import Spheroid
+from rigid_envs.systems.thrown_body.system import ThrownBody
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from rigid_envs.tasks.registry import ENVIRONMENTS
 
@@ -34,6 +36,7 @@ __all__ = [
     "RollingDisk",
     "Spheroid",
     "System",
+    "ThrownBody",
     "Trajectory",
     "UprightCoin",
     "crossing",
@@ -46,7 +49,7 @@ __all__ = [
 
 
 def modules_of_all(name: str) -> list[ModuleType]:
-    """The modules of a name in the folders of the systems, in the order of the registry.
+    """The modules of a name in the folders of the systems: those of the registry first, in order.
 
     Args:
         name: such as "laws"; a system need not have it.
@@ -55,5 +58,6 @@ def modules_of_all(name: str) -> list[ModuleType]:
     folders = dict.fromkeys(
         task.removesuffix(".tasks") for task in tasks if task.startswith(__name__)
     )
+    folders |= dict.fromkeys(f"{__name__}.{each.name}" for each in iter_modules(__path__))
     places = (f"{folder}.{name}" for folder in folders)
     return [importlib.import_module(place) for place in places if find_spec(place)]

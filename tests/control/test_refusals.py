@@ -1,8 +1,6 @@
 """No controller takes what is no number, or acts beyond its limits, or mixes rows."""
 
-import importlib
 import inspect
-import pkgutil
 from dataclasses import is_dataclass, replace
 from typing import get_type_hints
 
@@ -88,13 +86,7 @@ def test_a_controller_refuses_what_is_no_number_by_its_name(controller, name):
 
 
 def test_every_controller_with_numbers_is_tried():
-    rooms = [
-        control,
-        *(
-            importlib.import_module(f"{systems.__name__}.{system.name}.controllers")
-            for system in pkgutil.iter_modules(systems.__path__)
-        ),
-    ]
+    rooms = [control, *systems.modules_of_all("controllers")]
     found = {
         name
         for room in rooms

@@ -44,6 +44,7 @@ SOURCES = {
     "systems/upright_coin/dynamics": Source(("upright_coin",)),
     "systems/roller/dynamics": Source(("roller",)),
     "systems/spheroid/dynamics": Source(("spheroid",)),
+    "systems/thrown_body/dynamics": Source(("thrown_body",)),
     "engine/algebra": Source(
         ("heavy_top", "rolling_ball", "rolling_disk", "free_body"),
         frozenset({"matrix", "matrix_product", "unit_quaternion", "log_rotation", "scaled"}),

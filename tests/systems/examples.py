@@ -19,7 +19,8 @@ EGG = systems.Spheroid(
     **{"m": 1.2, "radius": 0.7, "half_height": 0.9, "offset": 0.15, "I1": 0.35, "I3": 0.3},
     **{"g": 2.5, "mu": 0.0, "slip_speed": 1.5},
 )
-SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, EULER, COIN, ROLLER, EGG)
+THROWN = systems.ThrownBody(1.1, 1.7, 2.3, m=0.8, g=2.5)
+SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, EULER, COIN, ROLLER, EGG, THROWN)
 ANGLES = {"alpha_x", "alpha_y", "s"}
 """Entries of states whose sines are taken: of those beyond 1e6 rad a sine has no digit."""
 TURNING = tuple(system for system in SYSTEMS if "q" in system.components)

@@ -41,6 +41,7 @@ PARAMETERS = {
     "m": ((1, 0, 0), 1.1),
     "mgl": ((1, 2, -2), 2.1),
     "moments": ((1, 2, 0), [1.0, 2.0, 2.5]),
+    "momentum": ((1, 2, -1), 1.5),
     "mu": ((0, 0, 0), 0.3),
     "offset": ((0, 1, 0), 0.1),
     "omega": ((0, 0, -1), [0.5, -0.4, 0.7]),
@@ -53,13 +54,16 @@ PARAMETERS = {
     "phi": ((0, 0, 0), 0.1),
     "phi_rate": ((0, 0, -1), 0.7),
     "place": ((0, 1, 0), [0.2, -0.3]),
+    "position0": ((0, 1, 0), [0.2, -0.3, 1.5]),
     "power": ((0, 0, 0), 1.0),
     "precession": ((0, 0, -1), 0.9),
     "psi": ((0, 0, 0), 0.2),
+    "psi0": ((0, 0, 0), 0.9),
     "psi_rate": ((0, 0, -1), 0.5),
     "q0": ((0, 0, 0), [0.6, 0.0, 0.8, 0.0]),
     "radius": ((0, 1, 0), 0.3),
     "rate": ((0, 0, -1), 0.8),
+    "rise": ((0, 1, 0), 1.2),
     "s0": ((0, 1, 0), 0.2),
     "slip_speed": ((0, 1, -1), 0.2),
     "slope": ((0, 0, 0), 0.3),
@@ -69,13 +73,16 @@ PARAMETERS = {
     "steering_rate": ((0, 0, -1), 0.6),
     "t": ((0, 0, 1), [0.0, 0.3, 1.7]),
     "theta": ((0, 0, 0), 0.5),
+    "theta0": ((0, 0, 0), 1.4),
     "theta_rate": ((0, 0, -1), 0.1),
     "tilt": ((0, 0, 0), 0.1),
     "torques": ((1, 2, -2), [0.1, 0.2]),
+    "turns": ((0, 0, 0), 1.3),
     "turntable_rate": ((0, 0, -1), 0.9),
     "twist": ((0, 0, 0), 0.2),
     "v0": ((0, 1, -1), 0.4),
     "velocity": ((0, 1, -1), [1.0, 0.3]),
+    "velocity0": ((0, 1, -1), [2.0, -1.0, 6.0]),
     "viscosity": ((1, -1, -1), 0.01),
 }
 # where the value above is outside the range of a function
@@ -87,6 +94,7 @@ OTHERS = {
     "heavy_top.homoclinic_tilt": {"omega3": 2.0},
     "roller.roll_wheel": {"omega": 2.0},
     "rolling_ball.roll_segments": {"segments": [[1.0, 0.0, 0.1, 2.0]]},
+    "thrown_body.flight_time": {"velocity": 6.0},
 }
 ROOMS = {forms.__name__.split(".")[2]: forms for forms in modules_of_all("closed_forms")}
 """Closed forms by system."""
@@ -193,13 +201,14 @@ WRONG = {
     **dict.fromkeys(
         (
             *("circle_radius", "half_height", "i3", "i_perp", "loss", "m", "mgl", "moments"),
-            *("radius", "viscosity"),
+            *("momentum", "radius", "viscosity"),
         ),
         (0.0, -1.0),
     ),
-    **dict.fromkeys(("beta", "g", "height", "mu", "power"), (-1.0,)),
+    **dict.fromkeys(("beta", "g", "height", "mu", "power", "turns"), (-1.0,)),
     **dict.fromkeys(("drag", "slip_speed"), (0.0, -1.0)),
     "curvature": (0.0,),
+    "theta0": (0.0, 4.0),
 }
 
 
@@ -240,6 +249,16 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name):
         ("spheroid.tumbling", {"offset": -0.3}, r"^offset = -0\.3; expected from -0\.3 to 0\.3 m"),
         ("spheroid.jellett_thresholds", {"offset": 0.0}, r"^offset = 0\.0; expected a positive"),
         ("spheroid.slide_with_friction", {"t": -1.0}, r"^t = -1\.0; expected at least 0"),
+        ("thrown_body.flight_time", {"rise": 2.0}, r"^rise = 2\.0; expected at most 1\.83673 m"),
+        ("thrown_body.flight_time", {"velocity": -6.0}, r"^rise = 1\.2; expected at most 0 m"),
+        ("thrown_body.flight_time", {"g": 0.0}, r"^g = 0\.0; expected a positive"),
+        ("thrown_body.racket_twist", {"moments": [2.0, 1.0, 2.5]}, "^moments.*; expected 0 < I1"),
+        (
+            "thrown_body.racket_twist",
+            {"theta0": 0.5 * np.pi, "psi0": 0.5 * np.pi},
+            r"^psi0 = .*; expected an angle off the separatrix",
+        ),
+        ("thrown_body.wobble_ratio", {"tilt": 1.6}, r"^tilt = 1\.6; expected at least 0"),
         ("upright_coin.drift_across_slope", {"steering_rate": 0.0}, r"^steering_rate = 0\.0"),
         ("dynamic_ball.roll_on_plate", {"beta": 0.0}, r"^beta = 0\.0"),
         ("dynamic_ball.turntable_circle", {"turntable_rate": 0.0}, r"^turntable_rate = 0\.0"),

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -50,7 +50,7 @@ class FreeBody(TurningBody, System):
 
     dynamics: ClassVar = FREE_BODY
     components: ClassVar[Mapping[str, slice]] = {"q": slice(0, 4), "omega_body": slice(4, 7)}
-    quantities: ClassVar = ("omega_world", "L_body", "L_world", "kinetic_energy")
+    quantities: ClassVar[tuple[str, ...]] = ("omega_world", "L_body", "L_world", "kinetic_energy")
 
     def __post_init__(self) -> None:
         """Check the moments."""
@@ -63,7 +63,7 @@ class FreeBody(TurningBody, System):
         return np.array([self.I1, self.I2, self.I3])
 
     def kinetic_energy(self, y: npt.ArrayLike) -> Array:
-        """Kinetic energy omega . I omega / 2 [J], shape (...)."""
+        """Kinetic energy omega . I omega / 2 of the rotation [J], shape (...)."""
         return np.asarray(0.5 * np.sum(self.L_body(y) * self.omega_body(y), axis=-1))
 
     def run(self, y0: Array, u: Array, plan: Schedule) -> Array:
@@ -78,11 +78,14 @@ class FreeBody(TurningBody, System):
         order = [(middle + shift) % 3 for shift in (2, 0, 1)]  # axes that become e1, e2, e3
         sense = 1.0 if middle == 2 else -1.0
         turn = 0.5 * np.array([1.0, sense, sense, sense])  # that brings e1, e2, e3 to them
-        begin = np.concatenate([rotations.multiply(y0[..., :4], turn), y0[..., 4:][..., order]], -1)
-        twin = FreeBody(*self.moments[order].tolist())
-        y = twin.run(begin, np.ascontiguousarray(u[..., order]), plan)
-        q = rotations.multiply(y[..., :4], rotations.conjugate(turn))
-        y = np.concatenate([q, y[..., 4:][..., np.argsort(order)]], axis=-1)
+        begin, torques = y0.copy(), u.copy()
+        begin[..., :4] = rotations.multiply(y0[..., :4], turn)
+        begin[..., 4:7], torques[..., :3] = y0[..., 4:7][..., order], u[..., :3][..., order]
+        moments = self.moments[order].tolist()
+        twin = replace(self, **dict(zip(("I1", "I2", "I3"), moments, strict=True)))
+        y = twin.run(begin, torques, plan)
+        y[..., :4] = rotations.multiply(y[..., :4], rotations.conjugate(turn))
+        y[..., 4:7] = y[..., 4:7][..., np.argsort(order)]
         y[0] = y0
         return y
 
@@ -91,7 +94,7 @@ class FreeBody(TurningBody, System):
 
         With s = sqrt(2 T): s' <= norm(tau) / sqrt(I_min), and rates are `fastest_turn` s at most.
         """
-        torque = float(np.max(np.linalg.norm(u, axis=-1), initial=0.0))
+        torque = float(np.max(np.linalg.norm(u[..., :3], axis=-1), initial=0.0))
         energy = float(np.max(self.kinetic_energy(y), initial=0.0))
         grown = torque * duration / math.sqrt(self.moments.min())
         return (math.sqrt(2.0 * energy) + grown) * fastest_turn(np.sort(self.moments))
