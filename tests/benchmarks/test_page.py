@@ -13,7 +13,7 @@ from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import fma, select, sqrt
 from rigid_envs.systems.rolling_ball.dynamics import ROLLING_BALL
 from rigid_envs.tools.bench.accuracy import free_run
-from tests.benchmarks import fresh_starts, ppo_phases
+from tests.benchmarks import fresh_starts, more_search, ppo_phases
 from tests.benchmarks.__main__ import DOCS
 from tests.benchmarks.flops import IDS, KINDS, count, flops, of_period, of_substep
 from tests.benchmarks.kernel_vs_c import CASES, KERNELS, difference, loops
@@ -34,6 +34,14 @@ def test_tables_of_fresh_starts_are_those_of_their_data():
     for kind, file in fresh_starts.PAGES.items():
         text = file.read_text(encoding="utf-8")
         assert text == fresh_starts.page(kind, text, data)
+
+
+def test_the_table_of_more_search_is_that_of_its_data():
+    data = json.loads(more_search.DATA.read_text(encoding="utf-8"))
+    text = more_search.PAGE.read_text(encoding="utf-8")
+    assert text == more_search.page(text, data)
+    for env_id, found in data.items():
+        assert found["means"] == sorted(found["means"], reverse=True), env_id
 
 
 def test_the_phases_of_a_training_add_up_and_none_is_counted_twice():
