@@ -223,7 +223,7 @@ class FreeBodyView(views.View):
     def arrows(self, moment: Moment) -> views.Arrows:
         """Both from the middle; the input stands out of the body."""
         read, centre = self.system.accessors, (0.0, 0.0, 0.0)
-        torque = rotations.rotate(read["q"](moment.y), moment.u)
+        torque = rotations.rotate(read["q"](moment.y), moment.u[:3])  # then comes a force
         push = views.scaled(torque, 1.2 / self.strongest, LONGEST)
         outside = OUTSIDE * push / max(float(np.linalg.norm(push)), 1e-12)
         return {
