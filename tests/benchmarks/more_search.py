@@ -2,8 +2,8 @@
 
     python -m tests.benchmarks.more_search [ID ...]
 
-One search is what `rigid-envs best ID --plan` does, drawn anew: minutes to an hour of one core for
-ten of an id. Writes docs/more_search.json, the table of docs/best_known.md, and what is better.
+One search is what `rigid-envs best ID --plan` does, drawn anew; ten of an id take minutes to two
+hours of one core. Writes docs/more_search.json, the table of docs/best_known.md, and better plans.
 """
 
 import json
@@ -58,7 +58,7 @@ def table(data):
             f"{data[env_id]['lower']}",
             f"{data[env_id]['cpu_seconds'] / 60.0:.0f}",
         ))  # fmt: skip
-    header = ("id", "mean", "after 1", "after 10", "lower [%]", "by 10", "of 50 starts", "CPU min")
+    header = ("id", "before", "after 1", "after 10", "by 1 [%]", "by 10 [%]", "starts", "CPU min")
     return markdown_table(header, rows, "<>>>>>>>")
 
 

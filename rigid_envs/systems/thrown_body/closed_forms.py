@@ -121,14 +121,14 @@ def racket_twist(
     lean = checks.number(theta0, "theta0")
     checks.require(0.0 < lean < math.pi, theta0, "theta0", "an angle between 0 and pi rad")
     well = math.pi * round(checks.number(psi0, "psi0") / math.pi)  # psi of the nearest e3 or -e3
-    return _Racket(I1, I2, I3, lean, psi0 - well).twisted(turns, I2 / momentum, psi0 - well)
+    return _Racket(I1, I2, I3, lean, psi0 - well).twisted(turns, I2 / momentum)
 
 
 class _Racket:
     """The equations above, of one motion, with I2 = |L| = 1; psi is from the nearest of e3, -e3."""
 
     def __init__(self, I1: float, I2: float, I3: float, theta0: float, psi0: float) -> None:
-        self.b, self.least, self.d = I2 / I1, I2 / I3, (I3 - I2) / I3
+        self.psi0, self.b, self.least, self.d = psi0, I2 / I1, I2 / I3, (I3 - I2) / I3
         across = (self.b - self._a(psi0)) / self.d
         self.k_squared = math.sin(psi0) ** 2 + math.cos(theta0) ** 2 * across
         self.sense = 1.0 if math.cos(theta0) >= 0.0 else -1.0
@@ -136,15 +136,15 @@ class _Racket:
         expected = "an angle off the separatrix, on which the racket comes to turn about e2"
         checks.require(abs(self.k_squared - 1.0) > 1e-12, psi0, "psi0", expected)
 
-    def twisted(self, turns: float, unit: float, psi0: float) -> Twist:
+    def twisted(self, turns: float, unit: float) -> Twist:
         """The state after so many turns, with the unit of time I2 / |L| [s]."""
-        begin = self._chi(psi0)
+        begin = self._chi(self.psi0)
         end = begin + self._advance(begin, 2.0 * math.pi * turns)
         psi = self._psi(end)
         cosine = math.sqrt(self._excess(psi) / (self.b - self._a(psi)))
         side = math.cos(end) if self.to_and_fro else self.sense
         time = unit * self._integral(self._slope, begin, end)
-        return Twist(psi - psi0, math.acos(math.copysign(cosine, side)), time)
+        return Twist(psi - self.psi0, math.acos(math.copysign(cosine, side)), time)
 
     def _a(self, psi: float) -> float:
         return self.least + self.d * math.sin(psi) ** 2
@@ -208,8 +208,8 @@ def wobble_ratio(tilt: ArrayLike, *, i_perp: float, i3: float) -> Array:
     Raises:
         ValueError: an angle out of its range, or moments that are not positive.
 
-    Source: Feynman, "Surely You're Joking, Mr. Feynman!", which has the ratio the wrong way round;
-        Tuleja, Gazovic, Tomori & Hanc 2007, doi:10.1119/1.2402156.
+    Source: Goldstein, sec. 5.6; Feynman, "Surely You're Joking, Mr. Feynman!", "The Dignified
+        Professor", who remembers the ratio the other way round.
     """
     checks.all_positive(i_perp=i_perp, i3=i3)
     angle = checks.array(tilt, "tilt")

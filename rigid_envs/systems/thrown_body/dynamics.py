@@ -6,7 +6,7 @@ the centre of mass in the world, whose z points up.
 
 from typing import Any, NamedTuple
 
-from rigid_envs.engine.algebra import Row, attitude, dot, normalize
+from rigid_envs.engine.algebra import Row, attitude, dot
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.dynamics import Dynamics
 from rigid_envs.engine.elementary import fma
@@ -90,6 +90,12 @@ def _turning(y: State) -> free.State:
 
 
 @scalar
+def _state(turn: free.State, centre: Row) -> State:
+    """State of a turn, and of position and velocity of the centre of mass; rates likewise."""
+    return State(*attitude(turn), turn.omega1, turn.omega2, turn.omega3, *centre)
+
+
+@scalar
 def _acceleration(u: Input, p: Parameters) -> Row:
     return (u.FX * p.inverse_m, u.FY * p.inverse_m, fma(u.FZ, p.inverse_m, -p.g))
 
@@ -97,20 +103,15 @@ def _acceleration(u: Input, p: Parameters) -> Row:
 @scalar
 def rhs(y: State, u: Any, p: Any) -> State:
     """Euler's equations of the free body; ``m x'' = F - m g z``."""
-    turn = free.rhs(_turning(y), u, p)
-    q, omega = attitude(turn), (turn.omega1, turn.omega2, turn.omega3)
-    return State(*q, *omega, y.VX, y.VY, y.VZ, *_acceleration(u, p))
+    flight = (y.VX, y.VY, y.VZ, *_acceleration(u, p))
+    return _state(free.rhs(_turning(y), u, p), flight)
 
 
 @scalar
 def step(y: State, u: Any, p: Any, h: float) -> State:
     """A step of the free body, and the exact parabola of its centre of mass."""
-    turn = free.step(_turning(y), u, p, h)
-    q, omega = attitude(turn), (turn.omega1, turn.omega2, turn.omega3)
     aX, aY, aZ = _acceleration(u, p)
-    return State(
-        *q,
-        *omega,
+    flight = (
         y.X + h * fma(0.5 * h, aX, y.VX),
         y.Y + h * fma(0.5 * h, aY, y.VY),
         y.Z + h * fma(0.5 * h, aZ, y.VZ),
@@ -118,13 +119,13 @@ def step(y: State, u: Any, p: Any, h: float) -> State:
         fma(h, aY, y.VY),
         fma(h, aZ, y.VZ),
     )
+    return _state(free.step(_turning(y), u, p, h), flight)
 
 
 @scalar
 def restore(y: State) -> State:
     """State with q normalised."""
-    q, omega = normalize(attitude(y)), (y.omega1, y.omega2, y.omega3)
-    return State(*q, *omega, y.X, y.Y, y.Z, y.VX, y.VY, y.VZ)
+    return _state(free.restore(_turning(y)), (y.X, y.Y, y.Z, y.VX, y.VY, y.VZ))
 
 
 @scalar
