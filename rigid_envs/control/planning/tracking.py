@@ -55,13 +55,13 @@ def _regulator(linear: Linear, motion: Motion, rho: Array) -> tuple[Array, Array
         e, a = motion.errors[t][..., None], motion.actions[t][..., None]
         q = Ey.mT @ e + A.mT @ p
         r = Ea.mT @ e + B.mT @ p
-        Q = Ey.mT @ Ey + A.mT @ P @ A
         R = Ea.mT @ Ea + B.mT @ P @ B + rho[:, None, None] * np.eye(m)
         S = Ea.mT @ Ey + B.mT @ P @ A
         both = -np.linalg.solve(R, np.concatenate([r, S], axis=-1))
         beyond = (np.abs(a) >= 1.0) & (a * both[..., :1] > 0.0)
         k, K = np.split(np.where(beyond, 0.0, both), [1], axis=-1)
         p = q + K.mT @ (R @ k + r) + S.mT @ k
-        P = Q + K.mT @ (R @ K + S) + S.mT @ K
+        closed, seen = A + B @ K, Ey + Ea @ K  # a sum of squares stays one when it is rounded
+        P = seen.mT @ seen + closed.mT @ P @ closed + rho[:, None, None] * (K.mT @ K)
         changes[t], gains[t] = k[..., 0], K
     return changes, gains

@@ -5,9 +5,10 @@ from types import SimpleNamespace
 import gymnasium as gym
 import numpy as np
 import pytest
+from scipy.linalg import solve_discrete_are
 from scipy.optimize import least_squares
 
-from rigid_envs.control.planning import deadlines
+from rigid_envs.control.planning import deadlines, tracking
 from rigid_envs.control.planning.deadlines import hurried, shorten, sooner
 from rigid_envs.control.planning.descent import (
     Plans,
@@ -385,3 +386,19 @@ def test_the_least_error_of_a_short_plan_is_that_of_a_general_least_squares_meth
         found = least_squares(errors, start, bounds=(-1.0, 1.0), diff_step=1e-3)
         expected = np.sqrt(2.0 * found.cost / T)
         assert plans.costs[row] == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("clamped", [0, 20])
+def test_the_regulator_about_an_unstable_motion_is_that_of_riccati(clamped):
+    rng, (T, n, m, rho) = np.random.default_rng(2), (400, 4, 2, 0.5)
+    A, B = 1.4 * rng.normal(size=(n, n)), rng.normal(size=(n, m))
+    steps = [np.tile(each, (T, 1, 1, 1)) for each in (A, B, np.eye(n), np.zeros((n, m)))]
+    actions, errors = np.zeros((T, 1, m)), np.zeros((T, 1, n))
+    actions[T - clamped :] = 1.0  # the last actions stay at their limit: without feedback P grows
+    errors[T - clamped :] = -1e3 * np.sign(B.sum(axis=1))
+    motion = Motion(actions, None, None, errors, None, None)
+    _, gains = tracking._regulator(Linear(*steps), motion, np.array([rho]))
+    P = solve_discrete_are(A, B, np.eye(n), rho * np.eye(m))
+    expected = -np.linalg.solve(rho * np.eye(m) + B.T @ P @ B, B.T @ P @ A)
+    assert np.abs(np.linalg.eigvals(A)).max() > 1.5
+    np.testing.assert_allclose(gains[0, 0], expected, rtol=1e-9)
