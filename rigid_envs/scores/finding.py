@@ -291,7 +291,7 @@ RECIPES = {
     "BallParkGoal": _ROLLED,
     "CoinPark": Recipe(64, n_steps=100, n_hops=8),
     "Reorient": Recipe(10, n_cuts=7),
-    "BallSteer": Recipe(40),
+    "BallSteer": Recipe(80),
     "DiskRoll": Recipe(60),
     "DiskRollRandom": Recipe(60),
     "BallParkDynamic": Recipe(24, n_steps=60, n_guesses=12),

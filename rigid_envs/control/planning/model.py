@@ -19,6 +19,7 @@ from rigid_envs.tasks.task import Task
 
 # Actions within their limits, and the proximal map of what they cost.
 
+_RIM = 1.0 - 1e-6  # length of an action at the limit, but for rounding to float32
 _N_HALVINGS = 45  # of where the length of an action at a side of the box may lie
 
 
@@ -40,6 +41,27 @@ class Limits(NamedTuple):
     def length(self, a: Array) -> Array:
         """Length of the components that count, shape (...)."""
         return np.asarray(np.linalg.norm(a * self.counted, axis=-1))
+
+    def free(self, a: Array, slope: Array) -> tuple[Array, Array]:
+        """Directions in which actions can follow a descent, and how the limits curve there.
+
+        Args:
+            a: Actions within the limits, shape (N, m).
+            slope: Derivative of what is minimised, shape (N, m).
+
+        Returns:
+            The projector onto the directions along the limits that the descent would leave, shape
+            (N, m, m), and the Lagrange multiplier over the radius, shape (N,): a step v along a
+            circle ends inside it by ``v^2 / 2``, and costs so much times that.
+        """
+        if not self.disk:
+            left = (np.abs(a) >= 1.0) & (a * slope < 0.0)
+            return np.eye(a.shape[1]) * ~left[:, None], np.zeros(len(a))
+        length = np.linalg.norm(a, axis=1)
+        out = a / np.maximum(length, _RIM)[:, None]
+        price = np.where(length >= _RIM, np.maximum(-np.sum(out * slope, axis=1), 0.0), 0.0)
+        across = out[:, :, None] * out[:, None, :] * (price > 0.0)[:, None, None]
+        return np.eye(a.shape[1]) - across, price
 
     def shrink(self, z: Array, threshold: Array) -> tuple[Array, Array]:
         """The v within the limits with the least ``threshold |v| + |v - z|^2 / 2``, and dv/dz.

@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.control.planning.descent import Plans, merge
-from rigid_envs.control.planning.model import Linear, Model, Motion, Tracking
+from rigid_envs.control.planning.model import Limits, Linear, Model, Motion, Tracking
 
 _STIFF = 1.0  # first weight of a change of the actions, beside the squares of errors
 _LEAST, _MOST = 1e-6, 1e6  # of that weight
@@ -32,7 +32,7 @@ def follow(model: Model, actions: npt.NDArray[np.floating], n_rounds: int) -> Pl
     motion, rho = model.roll(np.asarray(actions, dtype=np.float64)), np.full(len(rows), _STIFF)
     plans.keep(rows, motion)
     for _ in range(n_rounds):
-        change, gains = _regulator(model.linearise(motion), motion, rho)
+        change, gains = _regulator(model.limits, model.linearise(motion), motion, rho)
         targets = model.path(motion)[:-1]
         trial = model.roll(motion.actions + change, Tracking(gains, targets))
         plans.keep(rows, trial)
@@ -42,26 +42,26 @@ def follow(model: Model, actions: npt.NDArray[np.floating], n_rounds: int) -> Pl
     return plans
 
 
-def _regulator(linear: Linear, motion: Motion, rho: Array) -> tuple[Array, Array]:
+def _regulator(limits: Limits, linear: Linear, motion: Motion, rho: Array) -> tuple[Array, Array]:
     """Changes of the actions, shape (T, N, m), and gains (T, N, m, n), from the end back.
 
-    An entry at its limit that would go beyond it is left as it is.
+    An action at its limit that would leave it is changed along the limit alone.
     """
     T, N, n, m = linear.B.shape
     changes, gains = np.empty((T, N, m)), np.empty((T, N, m, n))
     P, p = np.zeros((N, n, n)), np.zeros((N, n, 1))
     for t in range(T - 1, -1, -1):
         A, B, Ey, Ea = linear.A[t], linear.B[t], linear.Ey[t], linear.Ea[t]
-        e, a = motion.errors[t][..., None], motion.actions[t][..., None]
-        q = Ey.mT @ e + A.mT @ p
-        r = Ea.mT @ e + B.mT @ p
-        R = Ea.mT @ Ea + B.mT @ P @ B + rho[:, None, None] * np.eye(m)
+        e = motion.errors[t][..., None]
+        slope = Ea.mT @ e + B.mT @ p
+        free, price = limits.free(motion.actions[t], slope[..., 0])
+        q, r = Ey.mT @ e + A.mT @ p, free @ slope
+        B, Ea, weight = B @ free, Ea @ free, (rho + price)[:, None, None]
+        R = Ea.mT @ Ea + B.mT @ P @ B + weight * np.eye(m)
         S = Ea.mT @ Ey + B.mT @ P @ A
-        both = -np.linalg.solve(R, np.concatenate([r, S], axis=-1))
-        beyond = (np.abs(a) >= 1.0) & (a * both[..., :1] > 0.0)
-        k, K = np.split(np.where(beyond, 0.0, both), [1], axis=-1)
-        p = q + K.mT @ (R @ k + r) + S.mT @ k
+        k, K = np.split(-np.linalg.solve(R, np.concatenate([r, S], axis=-1)), [1], axis=-1)
+        p = q + S.mT @ k
         closed, seen = A + B @ K, Ey + Ea @ K  # a sum of squares stays one when it is rounded
-        P = seen.mT @ seen + closed.mT @ P @ closed + rho[:, None, None] * (K.mT @ K)
+        P = seen.mT @ seen + closed.mT @ P @ closed + weight * (K.mT @ K)
         changes[t], gains[t] = k[..., 0], K
     return changes, gains

@@ -303,6 +303,43 @@ def test_plans_and_prices_meet_the_conditions_of_karush_kuhn_and_tucker(limits):
         assert (paid + (down * (ahead - plans)).sum(axis=2) > -1e-6).all()
 
 
+def squares(limits, n=60):
+    """Quadratic functions of actions, most of them least outside the limits: H and where."""
+    rng, m = np.random.default_rng(5), len(limits.counted)
+    root = rng.normal(size=(n, m, m))
+    return root.mT @ root + 0.1 * np.eye(m), rng.normal(0.0, 3.0, (n, m, 1)), rng
+
+
+@pytest.mark.parametrize("limits", KINDS.values(), ids=KINDS)
+def test_descent_in_free_directions_ends_at_the_least_square_within_the_limits(limits):
+    H, out, rng = squares(limits)
+    a = limits.clip(3.0 * out[..., 0])
+    damped = np.linalg.norm(H, axis=(1, 2))[:, None, None] * np.eye(a.shape[1])
+    for _ in range(4000):  # slow, and sure
+        slope = H @ (a[..., None] - out)
+        free, price = limits.free(a, slope[..., 0])
+        curved = free @ H @ free + price[:, None, None] * np.eye(a.shape[1]) + damped
+        a = limits.clip(a - np.linalg.solve(curved, free @ slope)[..., 0])
+    slope = (H @ (a[..., None] - out))[..., 0]
+    within = limits.clip(rng.normal(0.0, 1.5, (500, *a.shape)))  # the problem is convex
+    assert (np.sum(slope * (within - a), axis=-1) > -1e-6).all()
+    assert (np.abs(slope).max(axis=1) > 1e-3).sum() > 40  # so many end at the limits
+
+
+def test_a_square_along_a_circle_is_that_of_its_slope_its_matrix_and_the_curvature():
+    H, out, rng = squares(LIMITS)
+    a = LIMITS.clip(9.0 * out[..., 0])
+    slope = H @ (a[..., None] - out)
+    free, price = LIMITS.free(a, slope[..., 0])
+    step = np.array([1e-2, 5e-3])[:, None, None, None] * (free @ rng.normal(size=out.shape))
+    off = LIMITS.clip(a + step[..., 0])[..., None] - a[..., None]
+    told = slope.mT @ step + 0.5 * (step.mT @ H @ step + price[:, None, None] * step.mT @ step)
+    left = np.abs(slope.mT @ off + 0.5 * off.mT @ H @ off - told)[:, price > 0.0]
+    assert left.shape[1] > 40
+    first, half = left.max(axis=(1, 2, 3))
+    assert half == pytest.approx(first / 8.0, rel=0.05)  # of third order
+
+
 def test_no_problem_is_left_before_its_duality_gap_is_a_millionth_of_its_value():
     p = uneven(LIMITS, n=400)
     gap, dual = gap_and_dual(p, *p.solve(np.zeros_like(p.c)))

@@ -21,7 +21,7 @@ from rigid_envs.control.planning.descent import (
     merge,
     take,
 )
-from rigid_envs.control.planning.model import Linear, Model, Motion
+from rigid_envs.control.planning.model import Limits, Linear, Model, Motion
 from rigid_envs.control.planning.tracking import follow
 from rigid_envs.envs.lookup import task_of
 from rigid_envs.mechanics import rotations
@@ -397,7 +397,8 @@ def test_the_regulator_about_an_unstable_motion_is_that_of_riccati(clamped):
     actions[T - clamped :] = 1.0  # the last actions stay at their limit: without feedback P grows
     errors[T - clamped :] = -1e3 * np.sign(B.sum(axis=1))
     motion = Motion(actions, None, None, errors, None, None)
-    _, gains = tracking._regulator(Linear(*steps), motion, np.array([rho]))
+    limits = Limits(disk=False, counted=np.zeros(m, dtype=bool))
+    _, gains = tracking._regulator(limits, Linear(*steps), motion, np.array([rho]))
     P = solve_discrete_are(A, B, np.eye(n), rho * np.eye(m))
     expected = -np.linalg.solve(rho * np.eye(m) + B.T @ P @ B, B.T @ P @ A)
     assert np.abs(np.linalg.eigvals(A)).max() > 1.5
