@@ -90,8 +90,20 @@ class TorqueTask(BodyTask):
         return fastest(moments, rate * math.sqrt(heaviest) + duration * gain)
 
 
+class OrderedBodyTask(TorqueTask):
+    """A task of a body whose intermediate axis is e2."""
+
+    def check_settings(self) -> None:
+        """Also refuse moments in another order."""
+        super().check_settings()
+        if not span(self.I1)[1] < span(self.I2)[0]:
+            raise refusal("I1", self.I1, f"less than I2 = {self.I2}")
+        if not span(self.I2)[1] < span(self.I3)[0]:
+            raise refusal("I3", self.I3, f"more than I2 = {self.I2}")
+
+
 @dataclass(frozen=True)
-class SpinTask(TorqueTask):
+class SpinTask(OrderedBodyTask):
     """A task of the spin of a body at the rate Omega about the intermediate axis."""
 
     rotation: str = "none"
@@ -102,14 +114,6 @@ class SpinTask(TorqueTask):
     torque: float = setting(0.1, Number("largest torque about each axis", "N m", 1e-6, 1e6))
 
     counters: ClassVar = ("held",)
-
-    def check_settings(self) -> None:
-        """Also refuse moments in another order."""
-        super().check_settings()
-        if not span(self.I1)[1] < span(self.I2)[0]:
-            raise refusal("I1", self.I1, f"less than I2 = {self.I2}")
-        if not span(self.I2)[1] < span(self.I3)[0]:
-            raise refusal("I3", self.I3, f"more than I2 = {self.I2}")
 
     def torques(self) -> tuple[float, float, float]:
         """Largest torque about each body axis [N m]; 0 where there is no actuator."""
