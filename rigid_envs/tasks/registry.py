@@ -366,6 +366,7 @@ _ours(
     "thrown_body:RacketCatch",
     75,
     "effort success return",
+    early_end={"flight_time": (0.05, 0.15), "turns": 0.05},
     controllers={"shot": "shot", "dead_centre": "dead_centre"},
     conditions="CAUGHT",
 )
