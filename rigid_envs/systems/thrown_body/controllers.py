@@ -1,5 +1,6 @@
 """Controller of a thrown racket: the least change of its rotation that leads to the catch."""
 
+import math
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -11,11 +12,10 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.systems.free_body.saddle import saddle_shape
 from rigid_envs.systems.free_body.system import FreeBody
 
-_ROUNDS = 6  # linearisations
+_ROUNDS = 5  # linearisations
 _SHIFT = 1e-5  # of the turn until the catch [rad], for difference quotients
-_STEPS = 60  # of the free motion until the catch
 _LARGEST = 0.5  # change of a turn by one linearisation [rad]
-_HALVINGS = 45  # of the range of nu
+_HALVINGS = 30  # of the range of nu
 _RANGE = 30.0  # of its logarithm, to both sides of the largest eigenvalue
 
 
@@ -101,7 +101,9 @@ class CatchShot(CheckedFields):
         """Rotation vectors from the attitude of the catch to those then, shape (N, k, 3) [rad]."""
         turns = (omega[:, None] + impulses / self.body.moments) * time[..., None]
         start = np.concatenate([np.broadcast_to(q[:, None], (*turns.shape[:2], 4)), turns], axis=-1)
-        return rotations.log(self.body.advance(start, None, 1.0, _STEPS)[..., :4])
+        fastest = self.body.rate_bound(start.reshape(-1, 7), np.zeros((1, 3)), 1.0)
+        n_steps = max(1, math.ceil(fastest / self.body.envelope))
+        return rotations.log(self.body.advance(start, None, 1.0, n_steps)[..., :4])
 
     def _nearest(self, aim: Array, slope: Array) -> Array:
         """The p with the least ``|p|`` and ``|aim + slope p| <= tolerance``, shape (N, 3).

@@ -103,6 +103,26 @@ class ThrownBodyView(FreeBodyView):
         )
 
 
+class RacketCatchView(ThrownBodyView):
+    """A racket, and a ghost at the height of the hand as it is to be caught."""
+
+    def parts(self) -> dict[str, views.Part]:
+        """The ghost instead of the ring."""
+        return {"body": super().parts()["body"], "catch": views.ghost(racket())}
+
+    def poses(self, moment: Moment) -> dict[str, views.Pose]:
+        """The ghost does not move."""
+        body = super().poses(moment)["body"]
+        x, y, _ = self.centre(moment)
+        goal = np.array([moment.aux[f"goal_{name}"] for name in "wxyz"])
+        return {"body": body, "catch": views.Pose((x, y, 0.0), goal, body.scale)}
+
+    def readings(self, moment: Moment) -> tuple[str, ...]:
+        """Also the time left."""
+        left = max(moment.aux["time_left"], 0.0)
+        return (*super().readings(moment), f"{left:.2f} s left to the catch")
+
+
 # Meshes, each made once in a process.
 
 
