@@ -161,7 +161,7 @@ def actuate(a: BodyTorque, y: State, aux: Any, p: Any, c: Any) -> tuple[State, I
 
 
 @scalar
-def observed_rates(y: State, scale: float) -> Vector:
+def observed_rates(y: Any, scale: float) -> Vector:
     """Angular velocity times a scale, clipped to the bounds of the observation."""
     return limited((scale * y.omega1, scale * y.omega2, scale * y.omega3), FASTEST)
 

@@ -47,7 +47,8 @@ def from_catch(y: Any, aux: Any) -> Quaternion:
 @scalar
 def time_left(aux: Any, c: Any) -> float:
     """Time left over the longest."""
-    return min(max(aux.time_left / c.longest, 0.0), 1.0)
+    left: float = min(max(aux.time_left / c.longest, 0.0), 1.0)
+    return left
 
 
 @scalar
