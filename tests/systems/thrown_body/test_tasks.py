@@ -65,7 +65,7 @@ def test_what_is_missed_without_torque_is_what_the_theory_of_the_twist_says(thet
     # a step later, when the miss is the same, and a fourth-order step is a twelfth of the flight
     np.testing.assert_allclose(np.abs(seen[0][4:7]), np.abs(rotation), atol=0.01)
     np.testing.assert_allclose(np.abs(seen[-1][4:7]), np.abs(rotation), atol=1e-5)
-    _, reward, terminated, _, info = envs.step(np.zeros((1, 3), np.float32))
+    _, reward, terminated, *_ = envs.step(np.zeros((1, 3), np.float32))
     assert terminated[0]
     assert reward[0] == pytest.approx(10.0 / (1.0 + 5.0 * np.linalg.norm(rotation)), rel=1e-6)
 
