@@ -70,6 +70,10 @@ class RacketCatch(FreeBody):
             "impulse": -float(np.linalg.norm(u)) / (np.sqrt(3) * self.torque),
         }
 
+    def cost(self, u):
+        """In mN m s."""
+        return 1000.0 * super().cost(u)
+
     # -- reduced frame, of the racket in the middle of the ranges
 
     def saddle(self):

@@ -144,6 +144,8 @@ CATCH = Reduction(
 
 # Twist a thrown racket by weak torque, so that it is caught with the commanded face up.
 
+_MILLI = 1e3  # costs are a few thousandths of a N m s
+
 
 class Terms(NamedTuple):
     """Reward terms of `RacketCatch`."""
@@ -225,7 +227,7 @@ def outcome(
     )
     goal = (aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z)
     success = caught & (angle <= c.tolerance)
-    return Auxiliary(left, *goal), terms, dt * torque, success, caught
+    return Auxiliary(left, *goal), terms, _MILLI * dt * torque, success, caught
 
 
 @dataclass(frozen=True)
@@ -319,6 +321,7 @@ class RacketCatch(shared.OrderedBodyTask):
         observe=observe,
     )
     reduction: ClassVar = CATCH
+    cost_unit: ClassVar[str] = "torque impulse [mN m s]"
 
     @property
     def least_flight_time(self) -> float:
