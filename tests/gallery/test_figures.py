@@ -180,6 +180,16 @@ def test_tippe_tops_end_upright_leaning_and_upside_down():
     assert ends == pytest.approx([0.0, 96.0, 180.0], abs=5.0)
 
 
+def test_thrown_rackets_turn_once_and_twist_to_either_side():
+    replay = motion_of("twist")
+    racket = replay.task.system(replay.episodes[0].parameters)
+    for episode, twist in zip(replay.episodes, (0.0, 180.0, -180.0), strict=True):
+        L = racket.accessors["L_body"](episode.y)
+        psi = np.degrees(np.unwrap(np.arctan2(L[:, 1], L[:, 2])))
+        assert psi[-1] - psi[0] == pytest.approx(twist, abs=30.0)
+        assert abs(racket.position(episode.y[-1])[2]) < 1e-12
+
+
 def test_what_moves_is_written_as_a_page_too(tmp_path):
     write_figures(tmp_path, [FIGURES["shortest"], FIGURES["potential"]])
     assert (tmp_path / "shortest.html").stat().st_size < 1.5e6
