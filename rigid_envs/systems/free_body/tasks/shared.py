@@ -36,6 +36,20 @@ class BodyTorque(NamedTuple):
     tau3: float
 
 
+class HalfTurn(NamedTuple):
+    """A half turn of the body about one of its axes, or none: the signs of its coordinates."""
+
+    sign1: float
+    sign2: float
+    sign3: float
+
+
+@scalar
+def turn(a: Any, frame: Any) -> tuple[float, float, float]:
+    """Torque about the axes of the body."""
+    return frame.sign1 * a[0], frame.sign2 * a[1], frame.sign3 * a[2]
+
+
 @dataclass(frozen=True)
 class BodyTask(Task):
     """A task of a body of any moments."""

@@ -28,7 +28,6 @@ from rigid_envs.systems.free_body import saddle
 from rigid_envs.systems.free_body.dynamics import free_rotation, rotor
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2, ROTATION_IN_SPACE
 from rigid_envs.systems.free_body.tasks import shared
-from rigid_envs.systems.free_body.tasks.reorient import HalfTurn, turn
 from rigid_envs.systems.thrown_body.dynamics import THROWN_BODY, Input, Parameters, State
 from rigid_envs.systems.thrown_body.system import ThrownBody
 from rigid_envs.tasks.fields import Entry, Range, physical, span
@@ -66,11 +65,11 @@ _ANGLE = 3.142  # pi, and what rounding may add to it [rad]
 
 
 @scalar
-def sides(w: Vector, c: Any) -> HalfTurn:
+def sides(w: Vector, c: Any) -> shared.HalfTurn:
     """Half turns that make omega2 and d = omega1 - ratio omega3 positive."""
     s2 = select(w[1] < 0.0, -1.0, 1.0)
     s1 = select(saddle.place_at(w[0], s2 * w[2], c).d < 0.0, -1.0, 1.0)
-    return HalfTurn(s1, s2, s1 * s2)
+    return shared.HalfTurn(s1, s2, s1 * s2)
 
 
 @scalar
@@ -87,8 +86,8 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Rates, time left, what is missed without torque, coordinates of the saddle."""
     w = shared.observed_rates(y, 1.0)
     frame = sides(w, c)
-    e1, e2, e3 = turn(miss(from_catch(y, aux), w, max(aux.time_left, 0.0), c), frame)
-    w1, w2, w3 = turn(w, frame)
+    e1, e2, e3 = shared.turn(miss(from_catch(y, aux), w, max(aux.time_left, 0.0), c), frame)
+    w1, w2, w3 = shared.turn(w, frame)
     at = saddle.place_at(w1, w3, c)
     return (
         w1,
@@ -107,7 +106,7 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
 
 
 @scalar
-def frame_of(y: Any, aux: Any, p: Any, c: Any) -> HalfTurn:
+def frame_of(y: Any, aux: Any, p: Any, c: Any) -> shared.HalfTurn:
     """Half turns after which the racket is seen."""
     return sides(shared.observed_rates(y, 1.0), c)
 
@@ -124,9 +123,9 @@ CATCH = Reduction(
         *(Entry(f"near {k}", "1", "x / (x + 0.2 rad/s)", -1.0, 1.0) for k in "ds"),
     ),
     observe=observe_reduced,
-    Frame=HalfTurn,
+    Frame=shared.HalfTurn,
     frame_of=frame_of,
-    turn=turn,
+    turn=shared.turn,
     formulas="""
     With $r$ of `IntermediateAxis`, $S2$ is the sign of $omega2$, $S1$ that of $omega1 - S2 r
     omega3$, and $S3 = S1 S2$; rates are limited to $+-20$ rad/s. The miss $e$ is the rotation
