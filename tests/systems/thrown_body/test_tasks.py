@@ -62,7 +62,7 @@ def test_what_is_missed_without_torque_is_what_the_theory_of_the_twist_says(thet
     envs.set_state(state)
     rotation = (first.inv() * last).as_rotvec()
     seen = [envs.step(np.zeros((1, 3), np.float32))[0][0] for _ in range(49)]
-    # it stays the same; it is found in 12 steps of fourth order, of a flight and of a fiftieth of it
+    # it stays the same; it is found in 12 steps of fourth order, of all and of a 50th of the flight
     np.testing.assert_allclose(np.abs(seen[0][4:7]), np.abs(rotation), atol=0.01)
     np.testing.assert_allclose(np.abs(seen[-1][4:7]), np.abs(rotation), atol=1e-5)
     _, reward, terminated, *_ = envs.step(np.zeros((1, 3), np.float32))
