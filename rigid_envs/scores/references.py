@@ -122,7 +122,7 @@ def attitude(task: Task, needed: bool = True) -> Part:
     if task.rotation == "euler":
         return lambda seen: rotations.quaternion_from_euler(seen[:, first : first + 3])
     at = [first + symbols.index(symbol) for symbol in _COLUMNS]
-    return lambda seen: _from_columns(seen[:, at])
+    return lambda seen: attitude_of_columns(seen[:, at])
 
 
 def goal_attitude(task: Task, part: GoalPart) -> Part:
@@ -133,10 +133,10 @@ def goal_attitude(task: Task, part: GoalPart) -> Part:
         part: The goal.
     """
     columns = entries(task, *_COLUMNS, part=part)
-    return lambda seen: _from_columns(columns(seen))
+    return lambda seen: attitude_of_columns(columns(seen))
 
 
-def _from_columns(columns: Array) -> Array:
+def attitude_of_columns(columns: Array) -> Array:
     """Attitudes q, shape (N, 4), of the first two columns of R, shape (N, 6)."""
     return rotations.quaternion_from_matrix(rotations.matrix_from_rot6d(columns))
 

@@ -123,7 +123,7 @@ def load(name: str) -> Any:
 
 
 _FAMILIES = {
-    "free_body": "Free body",
+    **dict.fromkeys(("free_body", "thrown_body"), "Free body"),
     **dict.fromkeys(("heavy_top", "spheroid"), "Top"),
     **dict.fromkeys(("rolling_ball", "dynamic_ball"), "Ball"),
     **dict.fromkeys(("roller", "upright_coin", "rolling_disk"), "Coin and wheel"),
@@ -361,4 +361,12 @@ _ours(
     "effort success return time",
     controllers={"two_spins": "two_spins", "spin_up": "spin_up"},
     conditions="INVERTED",
+)
+_ours(
+    "thrown_body:RacketCatch",
+    75,
+    "effort success return",
+    early_end={"flight_time": (0.05, 0.15), "turns": 0.05},
+    controllers={"shot": "shot", "dead_centre": "dead_centre"},
+    conditions="CAUGHT",
 )

@@ -19,7 +19,7 @@ from rigid_envs.watch.replays.replay import PastEpisode, Replay, play_again
 _BODY, _TOP = "RigidEnvs/IntermediateAxis-v0", "RigidEnvs/SleepingTop-v0"
 _BALL, _TABLE = "RigidEnvs/BallPark-v0", "RigidEnvs/BallParkDynamic-v0"
 _COIN, _DISK, _PUMP = "RigidEnvs/CoinPark-v0", "RigidEnvs/DiskRoll-v0", "RigidEnvs/RollPump-v0"
-_TIPPE = "RigidEnvs/TippeTop-v0"
+_TIPPE, _RACKET = "RigidEnvs/TippeTop-v0", "RigidEnvs/RacketCatch-v0"
 
 
 def motion_of(name: str) -> Replay | None:
@@ -134,6 +134,16 @@ def _tippe_top() -> Replay:
     return _played(_TIPPE, starts, _idle(_TIPPE, 30.0))
 
 
+def _thrown() -> Replay:
+    """A second of flight, in which a racket that is thrown exactly would turn over once."""
+    leans = {"thrown exactly": 0.0, "twists one way": 0.4, "twists the other way": -0.4}
+    flight = {"q": [1.0, 0.0, 0.0, 0.0], "position": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 4.905]}
+    starts = {
+        label: {**flight, "omega_body": [lean, 2.0 * math.pi, 0.0]} for label, lean in leans.items()
+    }
+    return _played(_RACKET, starts, _idle(_RACKET, 1.0), {"flight_time": 1.0, "twist_chance": 1.0})
+
+
 _ABOUT = {"about e1": (1.0, 0.1, 0.05), "about e2": (0.03, 1.0, 0.03), "about e3": (0.05, 0.1, 1.0)}
 _FRISBEE = {"I1": 1.0, "I2": 1.0 + 1e-9, "I3": 2.0, "n_substeps": 2}  # the task asks for I1 < I2
 MOTIONS: Mapping[str, Callable[[], Replay]] = {
@@ -152,5 +162,6 @@ MOTIONS: Mapping[str, Callable[[], Replay]] = {
     "turntable": _turntable,
     "pump": lambda: _controlled(_PUMP),
     "tippe_top": _tippe_top,
+    "twist": _thrown,
 }
 """Figures that move, by name; the others show a static law, or a system without an environment."""

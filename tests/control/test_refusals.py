@@ -17,6 +17,7 @@ from rigid_envs.systems.roller import controllers as roller
 from rigid_envs.systems.rolling_ball import controllers as rolling_ball
 from rigid_envs.systems.rolling_disk import controllers as rolling_disk
 from rigid_envs.systems.spheroid import controllers as spheroid
+from rigid_envs.systems.thrown_body import controllers as thrown_body
 from rigid_envs.systems.upright_coin import controllers as upright_coin
 from tests.refusals import NO_SCALARS, refusal
 from tests.systems.claims import spinning
@@ -32,6 +33,7 @@ MAY_BE_ZERO = {
     "TippeTopSpin.least_arm",
 }
 CONTROLLERS = (
+    thrown_body.CatchShot(BODY, 20.0, 0.05, 0.1),
     heavy_top.AsymmetricBalance(TOP, 0.3, 0.05, 3.0),
     heavy_top.BalancedTop(TOP, 3.0),
     rolling_disk.CircleRegulator(systems.RollingDisk(), 1.0, 0.05),
@@ -116,6 +118,7 @@ SHARES = RNG.uniform(0.1, 0.7, LEAD)
 AHEAD = rolling_ball.FarSightedFollower(BALL, 1.0, 0.1).regulator(PACES).gain
 IN_BOX = {
     "AsymmetricBalance": (TOPS,),
+    "CatchShot": (SPINS, np.concatenate([SHARES[..., None], ATTITUDES], axis=-1)),
     "CircleRegulator": (DISKS, SHARES),
     "EnergyCasimir": (SPINS,),
     "ForcedFlip": (SPINS,),

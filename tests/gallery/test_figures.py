@@ -9,7 +9,7 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from rigid_envs.base.checks import ConfigError, one_named
-from rigid_envs.systems import HeavyTop, RollingDisk, Spheroid
+from rigid_envs.systems import HeavyTop, RollingDisk, Spheroid, ThrownBody
 from rigid_envs.tools.gallery import FIGURES, make, write_figures
 from rigid_envs.tools.motions import MOTIONS, motion_of
 from rigid_envs.watch.figures import DPI, STYLE, Match
@@ -62,6 +62,7 @@ OWN = {
     "race": {"slope": 0.6, "height": 2.0},
     "slipping": {"mu": 0.2, "speed": 2.0, "beta": 0.5},
     "tippe_top": {"top": Spheroid(offset=0.2, mu=0.4), "lean": 0.2, "duration": 30.0},
+    "twist": {"racket": ThrownBody(0.001, 0.015, 0.0158, m=0.3), "angles": (90.0, 70.0)},
     "pump": {"beta_change": 0.4, "start": -0.3, "rim": 1.1},
 }
 
@@ -177,6 +178,16 @@ def test_tippe_tops_end_upright_leaning_and_upside_down():
     top = replay.task.system(replay.episodes[0].parameters)
     ends = np.degrees([top.tilt(episode.y[-1]) for episode in replay.episodes])
     assert ends == pytest.approx([0.0, 96.0, 180.0], abs=5.0)
+
+
+def test_thrown_rackets_turn_once_and_twist_to_either_side():
+    replay = motion_of("twist")
+    racket = replay.task.system(replay.episodes[0].parameters)
+    for episode, twist in zip(replay.episodes, (0.0, 180.0, -180.0), strict=True):
+        L = racket.accessors["L_body"](episode.y)
+        psi = np.degrees(np.unwrap(np.arctan2(L[:, 1], L[:, 2])))
+        assert psi[-1] - psi[0] == pytest.approx(twist, abs=30.0)
+        assert abs(racket.position(episode.y[-1])[2]) < 1e-12
 
 
 def test_what_moves_is_written_as_a_page_too(tmp_path):

@@ -38,6 +38,7 @@ HIDDEN = {
     "CoinPark": ("steer_rate", "roll_rate"),
     "BallPlate": ("q",),
     "TippeTop": ("centre",),
+    "RacketCatch": ("position", "velocity"),
     **dict.fromkeys(("IntermediateAxis", "IntermediateAxisRandom", "Detumble", "AxisFlip"), ("q",)),
     **dict.fromkeys(("IntermediateAxisSingle", "SpinCapture"), ("q",)),
 }
@@ -50,6 +51,7 @@ KNOWN = {
     "DiskRoll": ("goal_curvature",),
     "DiskRollRandom": ("goal_curvature",),
     "AxisFlip": ("time_left",),
+    "RacketCatch": ("time_left",),
     "BallSteer": ("heading_X", "heading_Y", "curvature", "force_X", "force_Y"),
     "BallParkGoal": ("goal_X", "goal_Y"),
 }
@@ -69,6 +71,9 @@ def read(name, states, shown):
         hidden += tuple(part for part in HIDDEN.get(name, ()) if part != "q")
         parts = {key: at for key, at in system.components.items() if key not in hidden}
         found = {key: states.y[:, at] for key, at in parts.items()}
+    if name == "RacketCatch":  # the attitude relative to that of the catch
+        goal = states.auxiliary("goal_w", "goal_x", "goal_y", "goal_z")
+        found["q"] = rotations.multiply(rotations.conjugate(goal), found["q"])
     if "q" in found:
         found["q"] = rotations.matrix_from_quaternion(found["q"]).reshape(-1, 9)
     if "Random" in name and hasattr(system, "radius") and "position" in found:

@@ -1,7 +1,8 @@
 """Views: what is seen is the state, and what rolls does not slip, by formulas of our own."""
 
 import math
-from dataclasses import replace
+from dataclasses import asdict, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,11 +26,13 @@ from rigid_envs.systems.rolling_disk.dynamics import State as DiskState
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, rolling
 from rigid_envs.systems.spheroid.tasks import TippeTop
 from rigid_envs.systems.spheroid.view import SpheroidView, tippe_top
+from rigid_envs.systems.thrown_body.view import HIGHEST, ThrownBodyView, racket
 from rigid_envs.systems.upright_coin.tasks.coin_park import CoinPark
 from rigid_envs.tasks.core import Moment
 from rigid_envs.tasks.registry import ENVIRONMENTS
 from rigid_envs.tasks.task import Task
 from rigid_envs.testing.environments import fresh, single
+from rigid_envs.watch.drawing import Drawing, Look
 from rigid_envs.watch.meshes import box, octants, sectors
 from rigid_envs.watch.views import GenericView, cost_figure, view_class, view_of
 from tests.from_pages.attitudes import matrix
@@ -384,6 +387,75 @@ def test_a_tippe_top_is_inside_the_sphere_that_its_physics_is_of():
     distances = np.linalg.norm(tippe_top().vertices, axis=-1)
     assert distances.max() == pytest.approx(1.0, abs=1e-6)
     assert tippe_top().vertices[:, 2].max() == pytest.approx(1.0)  # it stands on its stem
+
+
+RACKET = systems.ThrownBody(0.0012, 0.0164, 0.0176, m=0.33)
+BOOK = systems.ThrownBody(0.002, 0.0044, 0.0063, m=0.9)
+
+
+def thrown(body, **state):
+    """The view of a thrown body, without a task, and a moment."""
+    view = ThrownBodyView(SimpleNamespace(system=lambda _: body), asdict(body))
+    torque = np.array([0.1, 0.2, -0.3, 0.0, 0.0, 0.0])
+    return view, Moment(body.state(**state), torque, asdict(body), dynamics=body.dynamics)
+
+
+def test_a_thrown_body_is_where_its_centre_of_mass_is_and_leaves_its_path():
+    place, omega = [0.3, -0.2, 1.1], np.array([0.3, -0.5, 0.4])
+    view, moment = thrown(BOOK, q=Q, position=place, omega_body=omega)
+    poses, points = view.poses(moment), view.points(moment)
+    assert np.allclose(matrix(poses["body"].q), matrix(Q))
+    assert np.array_equal(poses["body"].position, place)
+    assert np.array_equal(points["centre"], place)
+    assert np.allclose(poses["hand"].position, [0.3, -0.2, 0.0])
+    for name, vector in {"L": BOOK.moments * omega, "omega": omega}.items():
+        start, arrow = view.arrows(moment)[name]
+        assert np.array_equal(start, place)
+        assert np.allclose(
+            arrow / np.linalg.norm(arrow), matrix(Q) @ vector / np.linalg.norm(vector)
+        )
+
+
+def test_a_thrown_box_has_the_moments_of_its_body():
+    view, moment = thrown(BOOK)
+    box = bodies.box(BOOK.m, *view.poses(moment)["body"].scale)
+    assert np.allclose(np.diag(box.inertia), BOOK.moments)
+
+
+def test_a_body_that_is_narrow_and_flat_is_a_racket_with_two_faces():
+    assert thrown(RACKET)[0].scene.parts["body"].mesh is racket()
+    others = (BOOK, systems.ThrownBody(1.0, 1.0, 2.0), systems.ThrownBody(0.1, 1.0, 1.0))
+    assert all(thrown(body)[0].scene.parts["body"].mesh is not racket() for body in others)
+    mesh = racket()
+    inside = np.linalg.norm((mesh.vertices[:, :2] - [0.45, 0.0]) / [0.49, 0.39], axis=-1) < 1e-6
+    above, below = (mesh.colors[inside & (side * mesh.vertices[:, 2] > 0.01)] for side in (1, -1))
+    assert len(above) and len(below) and np.all(above == above[0]) and np.all(below == below[0])
+    assert np.abs(np.subtract(above[0], below[0], dtype=int)).max() > 100
+
+
+@pytest.mark.parametrize("body", [RACKET, BOOK], ids=["racket", "book"])
+def test_a_thrown_body_stays_above_the_floor_and_in_the_picture(body):
+    view, moment = thrown(body, q=Q, omega_body=[0.0, 9.0, 0.0])
+    view.text = view.readings  # there is no task, whose rewards could be said
+    drawing = Drawing(view, Look())
+    for height in (0.0, HIGHEST):
+        y = moment.y + height * np.eye(13)[9]
+        pose = view.poses(replace(moment, y=y))["body"]
+        mesh, frames = view.scene.parts["body"].mesh, np.eye(3)
+        for turn in (frames, np.roll(frames, 1, axis=0), np.roll(frames, 2, axis=0)):
+            points = pose.position + (mesh.vertices * np.array(pose.scale)) @ turn
+            assert points[:, 2].min() >= view.scene.floor.height
+            drawing.picture(replace(moment, y=y))
+            assert np.abs([drawing.place_of(point) for point in points]).max() < 1.0
+
+
+def test_what_is_said_of_a_thrown_body():
+    view, moment = thrown(RACKET, position=[0.0, 0.0, 1.25], velocity=[1.0, 0.0, -0.5])
+    moment.y[4:7] = 0.15 * np.array([0.0, 1.0, 1.0]) / RACKET.moments / math.sqrt(2.0)
+    height, omega, momentum = view.readings(moment)
+    assert height == "height 1.25 m   upward velocity -0.50 m/s"
+    assert omega == "omega (0.00, 6.47, 6.03) rad/s in body axes"
+    assert momentum == "|L| 0.15 N m s   twist about e1 45 deg"
 
 
 @pytest.mark.parametrize("rate", [5.0, -5.0])

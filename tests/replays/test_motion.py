@@ -12,7 +12,7 @@ import pytest
 from gymnasium.error import DependencyNotInstalled
 from scipy.spatial.transform import Rotation
 
-from rigid_envs.systems import EulerDisk, FreeBody, HeavyTop, RollingBall
+from rigid_envs.systems import EulerDisk, FreeBody, HeavyTop, RollingBall, ThrownBody
 from rigid_envs.watch.replays.motion import text_of
 from tests.refusals import refuses
 from tests.replays import test_page
@@ -98,6 +98,21 @@ def test_a_figure_shows_the_quantities_of_the_motion(tops):
     (path,) = panels_of(circle.plot())["Path on the plane, from above"]
     radius = np.hypot(path.get_xdata(), path.get_ydata() - 1.0)
     np.testing.assert_allclose(radius, 1.0, rtol=1e-6)
+
+
+def test_no_legend_covers_a_curve():
+    """The curves of a racket that twists leave no place free between their bounds."""
+    racket = ThrownBody(0.0012, 0.0164, 0.0176, m=0.33)
+    throw = racket.state(omega_body=[1.25, 9.15, 0.0], velocity=[0.0, 0.0, 3.4])
+    four = HeavyTop.state(tilt=[0.1, 0.2, 0.3, 0.4], spin=20.0)
+    for motion in (racket.simulate(throw, T), HeavyTop().simulate(four, T)):
+        figure = motion.plot()
+        figure.canvas.draw()
+        for axes in figure.axes:
+            legend = axes.get_legend()
+            for line in axes.lines if legend else ():
+                points = axes.transData.transform(line.get_xydata())
+                assert points[:, 1].max() < legend.get_window_extent().y0
 
 
 def test_energy_and_momentum_change_where_an_input_acts_on_one_motion_alone():

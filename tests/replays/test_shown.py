@@ -130,8 +130,9 @@ def test_curves_show_what_they_are_called():
     assert path.title == "Path on the plane, from above"
     assert np.array_equal(path.values, y[:, 4:6])
     assert len(_path(ball, y * [1.0, 1.0, 1.0, 1.0, 1.0, 0.0])) == 1  # along x
-    (above,) = _path(SimpleNamespace(accessors={"position": lambda y: y[:, 3:]}), y)  # x, y, z
-    assert np.array_equal(above.values, y[:, 3:5])
+    (height,) = _path(SimpleNamespace(accessors={"position": lambda y: y[:, 3:]}), y)  # x, y, z
+    assert (height.key, height.kind) == ("height", "time")
+    assert np.array_equal(height.values, y[:, 5:])
     units = [drawn(name, "tilt")[0].unit for name in ("Reorient", "BallSteer", "AxisFlip")]
     assert units == ["deg, from the goal", "deg, from the reference", "deg, of e\u2083 from L"]
     tilt, y, body = drawn("AxisFlip", "tilt")

@@ -13,8 +13,10 @@ NAMES = {env_id[10:-3]: record for env_id, record in ENVIRONMENTS.items()}  # Ri
 @pytest.mark.parametrize("policy", [still, at_random()], ids=["still", "random"])
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "BallGrid"])
 def test_neither_rest_nor_chance_succeeds(name, policy):
-    # but for one in 1000 starts of IntermediateAxisSingle under random actions
-    assert run(name, policy).success.mean() <= 0.005 * (name == "IntermediateAxisSingle")
+    # but for one in 1000 starts of IntermediateAxisSingle under random actions; a throw of a racket
+    # is right by luck from three in 100 starts
+    lucky = {"IntermediateAxisSingle": 0.005, "RacketCatch": 0.05}
+    assert run(name, policy).success.mean() <= lucky.get(name, 0.0)
 
 
 @pytest.mark.parametrize("name", [name for name, record in NAMES.items() if record.goal])

@@ -51,7 +51,13 @@ def t_handle() -> meshes.Mesh:
 
 @functools.cache
 def tennis_racket() -> meshes.Mesh:
-    """Tennis racket: handle towards -x, face across z, the sides of its head in two colours."""
+    """Tennis racket with strings."""
+    return meshes.join(racket_frame(), *_strings())
+
+
+@functools.cache
+def racket_frame() -> meshes.Mesh:
+    """Frame of a racket: handle towards -x, face across z, the sides of its head in two colours."""
     angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 25)
     half = np.stack([0.5 * np.sin(angle) + 0.45, 0.4 * np.cos(angle), 0.0 * angle], axis=-1)
     right = meshes.tube(half, 0.045, meshes.RED, 10)
@@ -62,7 +68,7 @@ def tennis_racket() -> meshes.Mesh:
         for side in (-1, 1)
     ]
     grip = meshes.moved(meshes.cylinder(0.075, 0.62, meshes.YELLOW, 16), (-0.62, 0.0, 0.0), TO_X)
-    return meshes.join(right, left, shaft, *throat, grip, *_strings())
+    return meshes.join(right, left, shaft, *throat, grip)
 
 
 @functools.cache

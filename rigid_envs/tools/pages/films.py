@@ -98,6 +98,7 @@ _SHOTS = {
     "CoinPark": Shot(_TRAINED, (0, 0), camera={"distance": 9.0}),
     "DiskRoll": Shot(_FREE, (2, 2), 14.0, _still(0.8, 3.2, 23.0)),
     "DiskRollRandom": Shot(_THREE[:2], (6, 7), 14.0, _still(4.6, 0.5, 22.0)),
+    "RacketCatch": Shot(("zero", *_THREE[:2]), (3, 3, 1), camera={"distance": 3.7}),
     "TippeTop": Shot(_FREE, (0, 0), 21.0, _still(-0.5, 1.6, 11.0)),
 }
 """Films of our own ids, by name without version; others show the reference from the first start."""

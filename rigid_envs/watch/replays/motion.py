@@ -2,6 +2,7 @@
 
 import base64
 import html
+import math
 import zlib
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -185,5 +186,8 @@ def _draw(axes: "Axes", t: Array, curves: Sequence[page.Curve]) -> None:
         axes.set_aspect("equal", adjustable="datalim")
         return
     axes.set_xlabel("time [s]")
-    if len(first.names) > 1 or len(curves) > 1:
-        axes.legend(loc="best", ncols=3, frameon=True, edgecolor="none", framealpha=0.8)
+    n = len(axes.get_legend_handles_labels()[0])
+    if n > 1:
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.3 * math.ceil(n / 3) * (high - low))  # the legend covers none
+        axes.legend(loc="upper center", ncols=3)

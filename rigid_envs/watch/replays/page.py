@@ -161,8 +161,10 @@ def _motion(system: System, y: Array, u: Array) -> list[Curve]:
 
 
 def _path(system: System, y: Array) -> list[Curve]:
-    """Path of a contact or of a pivot that moves."""
+    """Path of a contact or of a pivot that moves; the height of what flies."""
     named = system.accessors
+    if "position" in named and (place := named["position"](y)).shape[-1] == 3:
+        return [Curve("height", "Height", "m", ("Z",), place[:, 2:])]
     for name in ("contact", "position", "pivot"):
         if name in named and np.ptp(path := named[name](y)[..., :2], axis=0).any():
             title = {"pivot": "Path of the pivot"}.get(name, "Path on the plane")

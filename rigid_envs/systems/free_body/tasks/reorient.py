@@ -18,10 +18,12 @@ from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2, ROTA
 from rigid_envs.systems.free_body.tasks.shared import (
     FASTEST,
     BodyTorque,
+    HalfTurn,
     TorqueTask,
     actuate,
     both_poses,
     observed_rates,
+    turn,
 )
 from rigid_envs.tasks.fields import Entry
 from rigid_envs.tasks.reduction import Reduction
@@ -35,14 +37,6 @@ from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
 
 _FAR = 10.0  # bound of spare angles [rad], and of gyroscopic torques
 _ANGLE = 3.142  # pi, and what rounding may add to it [rad]
-
-
-class HalfTurn(NamedTuple):
-    """A half turn of the body about one of its axes, or none: the signs of its coordinates."""
-
-    sign1: float
-    sign2: float
-    sign3: float
 
 
 @scalar
@@ -65,12 +59,6 @@ def sides(theta: Vector, y: Any, c: Any) -> HalfTurn:
     s1 = select(spare(theta[0], y.omega1, c.middle1, c) < 0.0, -1.0, 1.0)
     s2 = select(spare(theta[1], y.omega2, c.middle2, c) < 0.0, -1.0, 1.0)
     return HalfTurn(s1, s2, s1 * s2)
-
-
-@scalar
-def turn(a: Any, frame: Any) -> tuple[float, float, float]:
-    """Torque about the axes of the body."""
-    return frame.sign1 * a[0], frame.sign2 * a[1], frame.sign3 * a[2]
 
 
 @scalar

@@ -36,6 +36,20 @@ class BodyTorque(NamedTuple):
     tau3: float
 
 
+class HalfTurn(NamedTuple):
+    """A half turn of the body about one of its axes, or none: the signs of its coordinates."""
+
+    sign1: float
+    sign2: float
+    sign3: float
+
+
+@scalar
+def turn(a: Any, frame: Any) -> tuple[float, float, float]:
+    """Torque about the axes of the body."""
+    return frame.sign1 * a[0], frame.sign2 * a[1], frame.sign3 * a[2]
+
+
 @dataclass(frozen=True)
 class BodyTask(Task):
     """A task of a body of any moments."""
@@ -90,8 +104,20 @@ class TorqueTask(BodyTask):
         return fastest(moments, rate * math.sqrt(heaviest) + duration * gain)
 
 
+class OrderedBodyTask(TorqueTask):
+    """A task of a body whose intermediate axis is e2."""
+
+    def check_settings(self) -> None:
+        """Also refuse moments in another order."""
+        super().check_settings()
+        if not span(self.I1)[1] < span(self.I2)[0]:
+            raise refusal("I1", self.I1, f"less than I2 = {self.I2}")
+        if not span(self.I2)[1] < span(self.I3)[0]:
+            raise refusal("I3", self.I3, f"more than I2 = {self.I2}")
+
+
 @dataclass(frozen=True)
-class SpinTask(TorqueTask):
+class SpinTask(OrderedBodyTask):
     """A task of the spin of a body at the rate Omega about the intermediate axis."""
 
     rotation: str = "none"
@@ -102,14 +128,6 @@ class SpinTask(TorqueTask):
     torque: float = setting(0.1, Number("largest torque about each axis", "N m", 1e-6, 1e6))
 
     counters: ClassVar = ("held",)
-
-    def check_settings(self) -> None:
-        """Also refuse moments in another order."""
-        super().check_settings()
-        if not span(self.I1)[1] < span(self.I2)[0]:
-            raise refusal("I1", self.I1, f"less than I2 = {self.I2}")
-        if not span(self.I2)[1] < span(self.I3)[0]:
-            raise refusal("I3", self.I3, f"more than I2 = {self.I2}")
 
     def torques(self) -> tuple[float, float, float]:
         """Largest torque about each body axis [N m]; 0 where there is no actuator."""
@@ -157,7 +175,7 @@ def actuate(a: BodyTorque, y: State, aux: Any, p: Any, c: Any) -> tuple[State, I
 
 
 @scalar
-def observed_rates(y: State, scale: float) -> Vector:
+def observed_rates(y: Any, scale: float) -> Vector:
     """Angular velocity times a scale, clipped to the bounds of the observation."""
     return limited((scale * y.omega1, scale * y.omega2, scale * y.omega3), FASTEST)
 
