@@ -127,3 +127,10 @@ def test_the_nearest_impulse_meets_the_conditions_of_karush_kuhn_and_tucker():
 def test_rackets_whose_handle_is_no_least_axis_are_refused():
     with pytest.raises(ConfigError, match=r"config\.I1: I1 = 0\.0165; expected less than I2"):
         RacketCatch(I1=0.0165)
+
+
+def test_the_longest_flights_are_seen_too():
+    slow = {"flight_time": 1e4, "start_spread": 5.0, "n_substeps": 8}
+    envs = rows("thrown_body.tasks:RacketCatch", 20, frame="reduced", **slow)
+    envs.reset(seed=0)
+    assert np.isfinite(envs.step(np.ones((20, 3), np.float32))[0]).all()

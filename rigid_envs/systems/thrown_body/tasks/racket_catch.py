@@ -78,7 +78,8 @@ def miss(q: Quaternion, w: Vector, left: float, c: Any) -> Vector:
     ratios, h = rotor(c.middle1, c.middle2, c.middle3), left * (1.0 / _STEPS)
     for k in range(5 * _STEPS):
         q, w = free_rotation(q, w, ratios, h * SUZUKI[k % 5])
-    return log_rotation(normalize(q))
+        q = normalize(q)  # however long the steps are, it does not overflow
+    return log_rotation(q)
 
 
 @scalar
