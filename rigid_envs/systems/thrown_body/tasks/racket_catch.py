@@ -61,6 +61,7 @@ def observe(y: State, aux: Any, p: Any, c: Any) -> Row:
 
 _SMALL = 0.2  # rad/s; half of the shares of the coordinates of the saddle
 _STEPS = 12  # of the free motion until the catch
+_LONG = 2.0**150  # of a quaternion that is not normalised
 _ANGLE = 3.142  # pi, and what rounding may add to it [rad]
 
 
@@ -78,8 +79,10 @@ def miss(q: Quaternion, w: Vector, left: float, c: Any) -> Vector:
     ratios, h = rotor(c.middle1, c.middle2, c.middle3), left * (1.0 / _STEPS)
     for k in range(5 * _STEPS):
         q, w = free_rotation(q, w, ratios, h * SUZUKI[k % 5])
-        q = normalize(q)  # however long the steps are, it does not overflow
-    return log_rotation(q)
+        long = abs(q[0]) + abs(q[1]) + abs(q[2]) + abs(q[3]) > _LONG
+        s = select(long, 1.0 / _LONG, 1.0)  # exact: of long steps it would overflow
+        q = (s * q[0], s * q[1], s * q[2], s * q[3])
+    return log_rotation(normalize(q))
 
 
 @scalar
