@@ -53,9 +53,14 @@ def _idle(env_id: str, seconds: float) -> Array:
     return np.zeros((round(seconds / env.task.dt), *env.action_space.shape))
 
 
-def _bodies(states: Mapping[str, Sequence[float]], seconds: float, **config: float) -> Replay:
+def _bodies(
+    states: Mapping[str, Sequence[float]],
+    seconds: float,
+    env_id: str = _BODY,
+    config: Mapping[str, float] | None = None,
+) -> Replay:
     starts = {label: {"q": [1.0, 0.0, 0.0, 0.0], "omega_body": w} for label, w in states.items()}
-    return _played(_BODY, starts, _idle(_BODY, seconds), config)
+    return _played(env_id, starts, _idle(env_id, seconds), config)
 
 
 def _tops(cases: Mapping[str, tuple[float, float, float]], seconds: float) -> Replay:
@@ -134,22 +139,17 @@ def _tippe_top() -> Replay:
     return _played(_TIPPE, starts, _idle(_TIPPE, 30.0))
 
 
-def _thrown() -> Replay:
-    """A second of flight, in which a racket that is thrown exactly would turn over once."""
-    leans = {"thrown exactly": 0.0, "twists one way": 0.4, "twists the other way": -0.4}
-    flight = {"q": [1.0, 0.0, 0.0, 0.0], "position": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 4.905]}
-    starts = {
-        label: {**flight, "omega_body": [lean, 2.0 * math.pi, 0.0]} for label, lean in leans.items()
-    }
-    return _played(_RACKET, starts, _idle(_RACKET, 1.0), {"flight_time": 1.0, "twist_chance": 1.0})
-
-
 _ABOUT = {"about e1": (1.0, 0.1, 0.05), "about e2": (0.03, 1.0, 0.03), "about e3": (0.05, 0.1, 1.0)}
 _FRISBEE = {"I1": 1.0, "I2": 1.0 + 1e-9, "I3": 2.0, "n_substeps": 2}  # the task asks for I1 < I2
+_THROWS = {
+    "thrown exactly": (0.0, 2.0 * math.pi, 0.0),
+    "twists one way": (0.4, 2.0 * math.pi, 0.0),
+    "twists the other way": (-0.4, 2.0 * math.pi, 0.0),
+}
 MOTIONS: Mapping[str, Callable[[], Replay]] = {
     "polhodes": lambda: _bodies(_ABOUT, 30.0),
     "herpolhode": lambda: _bodies({"a polhode about e1": (0.75, 0.1, 0.56)}, 40.0),
-    "cones": lambda: _bodies({"frisbee": (0.2, 0.0, 1.0)}, 30.0, **_FRISBEE),
+    "cones": lambda: _bodies({"frisbee": (0.2, 0.0, 1.0)}, 30.0, config=_FRISBEE),
     "flip": lambda: _bodies({"near e2": (0.01, 1.0, 0.01)}, 60.0),
     "nutation": _nutation,
     "precession": _precession,
@@ -162,6 +162,6 @@ MOTIONS: Mapping[str, Callable[[], Replay]] = {
     "turntable": _turntable,
     "pump": lambda: _controlled(_PUMP),
     "tippe_top": _tippe_top,
-    "twist": _thrown,
+    "twist": lambda: _bodies(_THROWS, 1.0, _RACKET, {"flight_time": 1.0, "twist_chance": 1.0}),
 }
 """Figures that move, by name; the others show a static law, or a system without an environment."""

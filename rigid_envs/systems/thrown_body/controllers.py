@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from rigid_envs.base.checks import Array, CheckedFields, positive
+from rigid_envs.control.linear import clip_to_box
 from rigid_envs.mechanics import rotations
 from rigid_envs.mechanics.system import fastest_turn
 from rigid_envs.systems.free_body.saddle import saddle_shape
@@ -64,8 +65,8 @@ class CatchShot(CheckedFields):
         missed = np.linalg.norm(self._errors(q, omega, time, impulse[:, None])[:, 0], axis=-1)
         off = missed > self.tolerance
         impulse[off] = self._least(q[off], omega[off], time[off])
-        action = np.clip(impulse / (self.dt * self.torque), -1.0, 1.0)
-        return np.asarray(action.reshape(*states.shape[:-1], 3))
+        actions = clip_to_box(impulse / (self.dt * self.torque))
+        return actions.reshape(*states.shape[:-1], 3)
 
     def _least(self, q: Array, omega: Array, time: Array) -> Array:
         """The least impulses that were found [N m s], shape (N, 3)."""
@@ -73,7 +74,7 @@ class CatchShot(CheckedFields):
         impulses, misses = (np.stack(part) for part in zip(*found, strict=True))
         size = np.linalg.norm(impulses, axis=-1)
         far = misses > 1.01 * self.tolerance
-        best = np.where(far, 1e3 * (1.0 + misses), size).argmin(axis=0)
+        best = np.where(far, size.max(initial=0.0) + misses, size).argmin(axis=0)
         return np.asarray(impulses[best, np.arange(len(best))])
 
     def _guesses(self, omega: Array, time: Array) -> list[Array]:
@@ -91,7 +92,7 @@ class CatchShot(CheckedFields):
         """An impulse improved, and by what angle its catch is missed [rad], shape (N,)."""
         shift = _SHIFT * self.body.moments / time
         beside = np.concatenate([np.zeros((len(q), 1, 3)), shift[:, None] * np.eye(3)], axis=1)
-        radius, trial = np.full((len(q), 1), _RADIUS), impulse
+        radius = np.full((len(q), 1), _RADIUS)
         errors = self._errors(q, omega, time, impulse[:, None] + beside)
         for _ in range(_ROUNDS):
             slope = ((errors[:, 1:] - errors[:, :1]) / shift[..., None]).mT

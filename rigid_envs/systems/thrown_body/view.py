@@ -31,7 +31,7 @@ class ThrownBodyView(FreeBodyView):
     @property
     def rate(self) -> float:
         """Rate that is drawn 1.5 units long [rad/s]: two turns a second."""
-        return float(getattr(self.task, "spin_rate", 4.0 * math.pi))
+        return 4.0 * math.pi
 
     def body(self) -> tuple[meshes.Mesh, tuple[float, float, float]]:
         """A racket, where the box would be narrow along e2 and flat along e3."""
