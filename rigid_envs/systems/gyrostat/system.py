@@ -37,7 +37,7 @@ class Gyrostat(TurningBody, System):
         I1: principal moment about e1 of the carrier with locked wheels [kg m^2].
         I2: the same about e2 [kg m^2].
         I3: the same about e3 [kg m^2].
-        J1: moment of the wheel along e1 about its axis; 0 if there is none [kg m^2].
+        J1: moment of the wheel along e1 about its axis [kg m^2]; 0, the default, is no wheel.
         J2: the same along e2 [kg m^2].
         J3: the same along e3 [kg m^2].
 
@@ -52,9 +52,9 @@ class Gyrostat(TurningBody, System):
     I1: float = 2.0
     I2: float = 2.5
     I3: float = 3.0
-    J1: float = 0.01
-    J2: float = 0.01
-    J3: float = 0.01
+    J1: float = 0.0
+    J2: float = 0.0
+    J3: float = 0.0
 
     dynamics: ClassVar = GYROSTAT
     components: ClassVar[Mapping[str, slice]] = {
