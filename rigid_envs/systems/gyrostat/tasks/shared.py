@@ -6,6 +6,7 @@ from typing import Any, ClassVar
 
 from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine.compiler import scalar
+from rigid_envs.engine.elementary import clamp
 from rigid_envs.systems.gyrostat.system import Gyrostat
 from rigid_envs.tasks.fields import Range, physical, span
 from rigid_envs.tasks.task import Task
@@ -17,9 +18,8 @@ def motor(a: float, l: float, c: Any) -> float:  # noqa: E741
 
     It is the commanded share of the largest, or what takes the wheel just to its capacity.
     """
-    torque: float = c.torque * a
-    torque = min(torque, max((c.capacity - l) / c.dt, 0.0))
-    return max(torque, min((-c.capacity - l) / c.dt, 0.0))
+    up, down = max((c.capacity - l) / c.dt, 0.0), min((-c.capacity - l) / c.dt, 0.0)
+    return clamp(c.torque * a, down, up)
 
 
 @dataclass(frozen=True)

@@ -3,16 +3,17 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 from rigid_envs.base.checks import Array
 from rigid_envs.base.settings import Number, refusal, setting
 from rigid_envs.engine import randoms
-from rigid_envs.engine.algebra import Row, Vector, cross, dot
+from rigid_envs.engine.algebra import Row, Vector, cross, dot, scaled
 from rigid_envs.engine.compiler import scalar
-from rigid_envs.engine.elementary import select, sqrt
+from rigid_envs.engine.elementary import sqrt
 from rigid_envs.engine.episode import Episode, clip_to_box, clip_to_square
-from rigid_envs.systems.free_body.saddle import near, within
+from rigid_envs.systems.free_body.saddle import near
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2, ROTATION_IN_SPACE
 from rigid_envs.systems.free_body.tasks import reorient
 from rigid_envs.systems.free_body.tasks.shared import FASTEST, HalfTurn, both_poses, turn
@@ -46,61 +47,100 @@ def stored(y: Any, p: Any, c: Any) -> Vector:
 
 
 @scalar
+def carried(y: Any, c: Any) -> Vector:
+    """I omega of the carrier over the capacity."""
+    scale = 1.0 / c.capacity
+    L1, L2, L3 = c.middle1 * y.omega1, c.middle2 * y.omega2, c.middle3 * y.omega3
+    return limited((scale * L1, scale * L2, scale * L3), _FULL)
+
+
+@scalar
+def spare(theta: Vector, y: Any, c: Any) -> Vector:
+    """Angles that are left after braking with full torque about each axis [rad]."""
+    left = (
+        reorient.spare(theta[0], y.omega1, c.middle1, c),
+        reorient.spare(theta[1], y.omega2, c.middle2, c),
+        reorient.spare(theta[2], y.omega3, c.middle3, c),
+    )
+    return limited(left, _FAR)
+
+
+@scalar
+def nearness(theta: Vector, y: Any, c: Any) -> tuple[float, float]:
+    """Shares of the angle to the goal and of the rate, with their tolerances as halves."""
+    omega = (y.omega1, y.omega2, y.omega3)
+    angle, rate = sqrt(dot(theta, theta)), sqrt(dot(omega, omega))
+    return near(angle, c.largest_angle), near(rate, c.rate_tolerance)
+
+
+@scalar
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Both goals; the turn to the goal, momenta of carrier and wheels, what braking takes."""
     achieved, desired = both_poses(y, aux)
     theta = reorient.turn_left(y, aux)
     frame = reorient.sides(theta, y, c)
-    omega = (y.omega1, y.omega2, y.omega3)
-    scale = 1.0 / c.capacity
-    carrier = (scale * c.middle1 * omega[0], scale * c.middle2 * omega[1], scale * c.middle3 * omega[2])
-    left = (
-        within(reorient.spare(theta[0], omega[0], c.middle1, c), _FAR),
-        within(reorient.spare(theta[1], omega[1], c.middle2, c), _FAR),
-        within(reorient.spare(theta[2], omega[2], c.middle3, c), _FAR),
-    )
-    gyro = cross(momentum(y, p), omega)
-    gyro = limited((gyro[0] / c.torque, gyro[1] / c.torque, gyro[2] / c.torque), _FAR)
-    angle = sqrt(dot(theta, theta))
+    gyro = scaled(1.0 / c.torque, cross(momentum(y, p), (y.omega1, y.omega2, y.omega3)))
     return (
         *achieved,
         *desired,
         *turn(theta, frame),
-        *turn(limited(carrier, _FULL), frame),
+        *turn(carried(y, c), frame),
         *turn(stored(y, p, c), frame),
-        *turn(left, frame),
-        *turn(gyro, frame),
-        near(angle, c.largest_angle),
-        near(sqrt(dot(omega, omega)), c.rate_tolerance),
+        *turn(spare(theta, y, c), frame),
+        *turn(limited(gyro, _FAR), frame),
+        *nearness(theta, y, c),
+    )
+
+
+@scalar
+def observe_two_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
+    """Both goals; the turn to the goal, momentum of the carrier, what braking takes."""
+    achieved, desired = both_poses(y, aux)
+    theta = reorient.turn_left(y, aux)
+    frame = reorient.sides(theta, y, c)
+    return (
+        *achieved,
+        *desired,
+        *turn(theta, frame),
+        *turn_pair(carried(y, c), frame),
+        *turn_pair(spare(theta, y, c), frame),
+        *nearness(theta, y, c),
     )
 
 
 @scalar
 def turn_pair(a: Any, frame: Any) -> tuple[float, float]:
-    """Torques of two wheels along the axes of the body."""
+    """The first two components of a vector along the axes of the body."""
     return frame.sign1 * a[0], frame.sign2 * a[1]
 
 
-TURNING = Reduction(
+_reduced = partial(
+    Reduction,
     group="SO(3) x V4",
     frame="half turns such that what is left to turn about $e1$ and $e2$ after braking is above 0.",
     symmetries=(ROTATION_IN_SPACE, HALF_TURN_1, HALF_TURN_2),
-    features=(
-        *(Entry(f"theta{k}", "rad", "reduced", -_ANGLE, _ANGLE) for k in "123"),
-        *(Entry(f"I{k} omega{k} / capacity", "1", "reduced", -_FULL, _FULL) for k in "123"),
-        *(Entry(f"l{k} / capacity", "1", "reduced", -_FULL, _FULL) for k in "123"),
-        *(Entry(f"spare{k}", "rad", "reduced", -_FAR, _FAR) for k in "123"),
-        *(Entry(f"gyro{k} / torque", "1", "reduced", -_FAR, _FAR) for k in "123"),
-        Entry("near angle", "1", "x / (x + tolerance)", 0.0, 1.0),
-        Entry("near rate", "1", "x / (x + tolerance)", 0.0, 1.0),
-    ),
-    observe=observe_reduced,
     Frame=HalfTurn,
     frame_of=reorient.frame_of,
+)
+_THETA = tuple(Entry(f"theta{k}", "rad", "reduced", -_ANGLE, _ANGLE) for k in "123")
+_CARRIED = tuple(Entry(f"I{k} omega{k} / capacity", "1", "reduced", -_FULL, _FULL) for k in "123")
+_SPARE = tuple(Entry(f"spare{k}", "rad", "reduced", -_FAR, _FAR) for k in "123")
+_NEAR = tuple(Entry(f"near {k}", "1", "x / (x + tolerance)", 0.0, 1.0) for k in ("angle", "rate"))
+
+TURNING = _reduced(
+    features=(
+        *_THETA,
+        *_CARRIED,
+        *(Entry(f"l{k} / capacity", "1", "reduced", -_FULL, _FULL) for k in "123"),
+        *_SPARE,
+        *(Entry(f"gyro{k} / torque", "1", "reduced", -_FAR, _FAR) for k in "123"),
+        *_NEAR,
+    ),
+    observe=observe_reduced,
     turn=turn,
     formulas="""
     $theta$ is the rotation vector of $q^-1 q_goal$, at most $pi$ long; `spare` is $b_k = theta_k -
-    I_k omega_k |omega_k| / (2 torque)$; gyro is $L x omega$; $I omega / capacity$ and $l /
+    I_k omega_k |omega_k| / (2 torque)$; gyro is $L x omega$. $I omega / capacity$ and $l /
     capacity$ are limited to $+-2$, `spare` and gyro to $+-10$. $S1$ and $S2$ are the signs of $b_1$
     and $b_2$, and $S3 = S1 S2$; with them the vectors are multiplied. The last entries are the
     shares of $|theta|$ and $|omega|$ with the halves $min(angle_tolerance, pi)$ and
@@ -108,6 +148,18 @@ TURNING = Reduction(
     """,
 )
 """Reduction of `WheelReorient`: SO(3), turns in space, times the half turns about the axes."""
+
+TURNING_BY_TWO = _reduced(
+    features=(*_THETA, *_CARRIED[:2], *_SPARE[:2], *_NEAR),
+    observe=observe_two_reduced,
+    turn=turn_pair,
+    formulas="""
+    $theta$, `spare`, $S1$, $S2$, the shares and the limits are those of `WheelReorient`. Momenta of
+    the wheels are those of the carrier with the other sign. The action $a$ acts as $(S1 a1, S2
+    a2)$.
+    """,
+)
+"""Reduction of `TwoWheels`: as that of `WheelReorient`."""
 
 
 # Turn a satellite by its wheels from rest to rest: goal environments.
@@ -146,9 +198,7 @@ class Constants(NamedTuple):
 
 
 @scalar
-def start(
-    stream: randoms.Stream, p: Parameters, c: Constants
-) -> tuple[State, reorient.Auxiliary]:
+def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, reorient.Auxiliary]:
     """At rest; attitudes of carrier and goal uniform on SO(3), spin momenta uniform in a ball."""
     q, goal = randoms.quaternion(stream, 1 << 20), randoms.quaternion(stream, 1 << 21)
     a, b, d = randoms.in_ball(stream, 0)
@@ -190,56 +240,21 @@ def observe(y: State, aux: reorient.Auxiliary, p: Parameters, c: Constants) -> R
     achieved, desired = both_poses(y, aux)
     return (*achieved, *desired, *achieved[9:], *stored(y, p, c))
 
+
+@scalar
+def observe_two(y: State, aux: reorient.Auxiliary, p: Parameters, c: Constants) -> Row:
+    """Achieved and desired goal, omega, and two spin momenta over the capacity."""
+    achieved, desired = both_poses(y, aux)
+    l1, l2, _ = stored(y, p, c)
+    return (*achieved, *desired, *achieved[9:], l1, l2)
+
+
 @dataclass(frozen=True)
-class WheelReorient(WheelTask):
-    """Turn a satellite by three reaction wheels from rest to rest at an attitude that is drawn.
-
-    A goal environment with sparse reward. Goals are those of `Reorient`: the rotation matrix $R$
-    (body to world, row by row) and the angular velocity (body axes, [rad/s]), which is zero for all
-    drawn goals.
-
-    Wheels cannot change the angular momentum of the satellite: what the carrier turns one way, they
-    turn the other way. They are not at rest at the start: their momentum, which stays as it is in
-    space, comes to lie along other wheels when the carrier turns, and bends its path meanwhile. A
-    wheel at its capacity has no torque left in one sense, so the carrier turns no faster.
-
-    Physics:
-        $L = A omega + l$ is constant in space, $l' = u$ (`Gyrostat`). The motors have the torque
-        `torque`, each wheel the capacity `capacity`: the torque in a period is the commanded one,
-        or what takes the wheel just to the capacity. About one axis a turn from rest to rest by the
-        angle $a$ takes $2 sqrt(A a / torque)$, or, where the wheel is filled by $h$ of its momentum
-        before that, $A a / h + h / torque$.
-
-    Rewards:
-        `reached` = 0 where angle and rate are within tolerance, else -1: the return is minus the
-        number of steps away from the goal. Two dense terms have the default weight 0: `angle` =
-        minus the angle to the goal [rad], and `rate` = minus the difference of the angular
-        velocities [rad/s]. `compute_reward` gives the same for any pair of goals. All are computed
-        from the goals as they are observed, in float32.
-
-    Starting State:
-        At rest; the attitudes of satellite and goal are uniform on $SO(3)$ and independent, the
-        spin momenta of the wheels uniform in a ball of radius `bias`.
-
-    Episode End:
-        The episode ends only at its time limit. Success (`info["is_success"]`): the angle to the
-        goal is at most `angle_tolerance` and the difference of the angular velocities at most
-        `rate_tolerance`, as in `Reorient`.
-
-    Reference:
-        `quaternion_pd` is quaternion feedback with the gyroscopic torque $L x omega$ taken off;
-        see `rigid_envs.systems.gyrostat.controllers.WheelFeedback`.
-
-    Source:
-        Wie, *Space Vehicle Dynamics and Control*, chapter 7; Wie & Barba 1985, doi:10.2514/3.19988.
-    """
+class Slew(WheelTask):
+    """A task of turning a satellite by its wheels from rest to rest."""
 
     J1: Range = physical(0.001, "moment of the wheel along e1", "kg m^2")
     J2: Range = physical(0.001, "moment of the wheel along e2", "kg m^2")
-    J3: Range = physical(0.001, "moment of the wheel along e3", "kg m^2")
-    bias: float = setting(
-        0.2, Number("radius of the ball of spin momenta at the start", "N m s", 0.0, 1e6)
-    )
     angle_tolerance: float = setting(
         0.1, Number("largest angle to the goal when reached", "rad", 1e-3, 3.2)
     )
@@ -250,19 +265,98 @@ class WheelReorient(WheelTask):
     weight_angle: float = setting(0.0, Number("weight of minus the angle", "1", -1e3, 1e3))
     weight_rate: float = setting(0.0, Number("weight of minus the rate off it", "1", -1e3, 1e3))
 
-    episode: ClassVar = Episode(
-        dynamics=GYROSTAT,
-        Action=WheelTorques,
-        Terms=reorient.Terms,
-        Constants=Constants,
-        Auxiliary=reorient.Auxiliary,
-        start=start,
-        clip=clip_to_box,
-        actuate=actuate,
-        outcome=outcome,
-        observe=observe,
-        Goal=reorient.Goal,
-        judge=reorient.judge,
+    n_wheels: ClassVar[int]
+
+    @property
+    def largest_angle(self) -> float:
+        """Largest angle to the goal when reached [rad]: `angle_tolerance`, at most pi."""
+        return min(self.angle_tolerance, math.pi)
+
+    def actions(self) -> tuple[Entry, ...]:
+        """Torques of the motors on the wheels."""
+        wheels = range(1, self.n_wheels + 1)
+        return tuple(Entry(f"u{k}", "N m", "body", -self.torque, self.torque) for k in wheels)
+
+    def features(self) -> tuple[Entry, ...]:
+        """Achieved and desired pose, angular velocity, spin momenta."""
+        rates = tuple(Entry(f"omega{k}", "rad/s", "body", -FASTEST, FASTEST) for k in "123")
+        turn = (Entry(f"R{i}{j}", "1", "body to world", -1.0, 1.0) for i in "123" for j in "123")
+        goal = (*turn, *rates)
+        wheels = range(1, self.n_wheels + 1)
+        stored = (Entry(f"l{k} / capacity", "1", "body", -_FULL, _FULL) for k in wheels)
+        return (*goal, *goal, *rates, *stored)
+
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """Goals are unit quaternions."""
+        return {("goal_w", "goal_x", "goal_y", "goal_z"): UNIT}
+
+
+_three = partial(
+    Episode,
+    dynamics=GYROSTAT,
+    Terms=reorient.Terms,
+    Constants=Constants,
+    Auxiliary=reorient.Auxiliary,
+    start=start,
+    outcome=outcome,
+    Goal=reorient.Goal,
+    judge=reorient.judge,
+)
+
+
+@dataclass(frozen=True)
+class WheelReorient(Slew):
+    """Turn a satellite by three reaction wheels from rest to rest at an attitude that is drawn.
+
+    A goal environment with sparse reward. Goals are those of `Reorient`: the rotation matrix $R$
+    (body to world, row by row) and the angular velocity (body axes, [rad/s]), which is zero for all
+    drawn goals.
+
+    Wheels cannot change the angular momentum of the satellite: what the carrier turns one way, they
+    turn the other way. They are not at rest at the start. Their momentum stays as it is in space,
+    so that it comes to lie along other wheels when the carrier turns, and bends its path meanwhile.
+    A wheel at its capacity has no torque left in one sense, and the carrier turns no faster.
+
+    Physics:
+        $L = A omega + l$ is constant in space, $l' = u$ (`Gyrostat`). The motors have the torque
+        `torque`, the wheels the capacity `capacity`: the torque in a period is the commanded one,
+        or what takes the wheel just to its capacity. About one axis, with wheels that begin at
+        rest, a turn from rest to rest by the angle $a$ takes $2 sqrt(A a / torque)$, or $A a /
+        capacity + capacity / torque$ where that is longer and the wheel is filled.
+
+    Rewards:
+        `reached` = 0 where angle and rate are within tolerance, else -1: the return is minus the
+        number of steps away from the goal. Two dense terms have the default weight 0: `angle` =
+        minus the angle to the goal [rad], and `rate` = minus the difference of the angular
+        velocities [rad/s]. `compute_reward` gives the same for any pair of goals. All are computed
+        from the goals as they are observed, in float32, as in `Reorient`.
+
+    Starting State:
+        At rest; the attitudes of satellite and goal are uniform on $SO(3)$ and independent, the
+        spin momenta of the wheels uniform in a ball of radius `bias`.
+
+    Episode End:
+        The episode ends only at its time limit. Success (`info["is_success"]`): the angle to the
+        goal is at most `angle_tolerance`, as $tr(R^T R_goal) >= 1 + 2 cos(angle_tolerance)$, and
+        the difference of the angular velocities at most `rate_tolerance`.
+
+    Reference:
+        `eigenaxis` turns the satellite about the axis of the rotation to the goal, as fast as the
+        weakest wheel allows, with the torque that $omega x L$ needs added: see
+        `rigid_envs.systems.gyrostat.controllers.EigenaxisSlew`.
+
+    Source:
+        Wie, *Space Vehicle Dynamics and Control*, chapter 7; Wie & Barba 1985, doi:10.2514/3.19988.
+    """
+
+    J3: Range = physical(0.001, "moment of the wheel along e3", "kg m^2")
+    bias: float = setting(
+        0.2, Number("radius of the ball of spin momenta at the start", "N m s", 0.0, 1e6)
+    )
+
+    n_wheels: ClassVar = 3
+    episode: ClassVar = _three(
+        Action=WheelTorques, clip=clip_to_box, actuate=actuate, observe=observe
     )
     reduction: ClassVar = TURNING
 
@@ -272,33 +366,51 @@ class WheelReorient(WheelTask):
         if self.bias > self.capacity:
             raise refusal("bias", self.bias, f"at most capacity = {self.capacity}")
 
-    @property
-    def largest_angle(self) -> float:
-        """Largest angle to the goal when reached [rad]: `angle_tolerance`, at most pi."""
-        return min(self.angle_tolerance, math.pi)
-
-    def actions(self) -> tuple[Entry, ...]:
-        """Torques of the motors on the wheels."""
-        n = len(self.episode.Action._fields)
-        return tuple(Entry(f"u{k}", "N m", "body", -self.torque, self.torque) for k in range(1, n + 1))
-
-    def features(self) -> tuple[Entry, ...]:
-        """Achieved and desired pose, angular velocity, spin momenta."""
-        rates = tuple(Entry(f"omega{k}", "rad/s", "body", -FASTEST, FASTEST) for k in "123")
-        turn = (Entry(f"R{i}{j}", "1", "body to world", -1.0, 1.0) for i in "123" for j in "123")
-        goal = (*turn, *rates)
-        wheels = tuple(Entry(f"l{k} / capacity", "1", "body", -_FULL, _FULL) for k in "123")
-        return (*goal, *goal, *rates, *wheels)
-
-    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
-        """Goals are unit quaternions."""
-        return {("goal_w", "goal_x", "goal_y", "goal_z"): UNIT}
-
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates at full wheels: the angular momentum is that of the start."""
         return self.turned_at_most(self.bias)
 
 
 @dataclass(frozen=True)
-class TwoWheels(WheelReorient):
-    pass
+class TwoWheels(Slew):
+    """Turn a satellite by two reaction wheels, along e1 and e2, to an attitude that is drawn.
+
+    As `WheelReorient`, with the third wheel broken and without momentum: carrier and wheels are at
+    rest at the start. So $omega3$ stays 0, whatever the motors do, and yet every attitude can be
+    reached: turns about $e1$ and $e2$ do not commute, and what is left of a loop of them is a turn
+    about $e3$. No smooth feedback of the state leads there (Brockett).
+
+    Physics:
+        With $L = 0$ the carrier turns at $omega = -(l1 / A1, l2 / A2, 0)$, and $l' = u$. Turns by
+        the angle $a$ about $e1$, by $b$ about $e2$ and by $c$ about $e1$ again lead from any
+        attitude to any other (Euler angles). A small loop that encloses the area $S$ in the plane
+        of the angles about $e1$ and $e2$ turns the carrier by $S$ about $e3$.
+
+    Rewards:
+        As in `WheelReorient`.
+
+    Starting State:
+        At rest, with wheels at rest; the attitudes of satellite and goal are uniform on $SO(3)$ and
+        independent.
+
+    Episode End:
+        As in `WheelReorient`.
+
+    Reference:
+        `three_turns` makes the three turns, each from rest to rest in the least time: see
+        `rigid_envs.systems.gyrostat.controllers.ThreeTurns`.
+
+    Source:
+        Krishnan, McClamroch & Reyhanoglu 1995, Journal of Guidance, Control, and Dynamics 18(2).
+    """
+
+    n_wheels: ClassVar = 2
+    bias: ClassVar = 0.0
+    episode: ClassVar = _three(
+        Action=TwoTorques, clip=clip_to_square, actuate=actuate_two, observe=observe_two
+    )
+    reduction: ClassVar = TURNING_BY_TWO
+
+    def largest_rate(self, duration: float) -> float:
+        """Bound on the rates at full wheels, without angular momentum."""
+        return self.turned_at_most(0.0)

@@ -1,0 +1,5 @@
+"""Tasks of the gyrostat."""
+
+from rigid_envs.systems.gyrostat.tasks.wheel_reorient import TwoWheels, WheelReorient
+
+__all__ = ["TwoWheels", "WheelReorient"]
