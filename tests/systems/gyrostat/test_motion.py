@@ -29,7 +29,7 @@ class Satellite:
         self.frame *= np.linalg.det(self.frame)
         self.system = Gyrostat(*(moments + 0.1), J1=0.1, J2=0.1, J3=0.1)
         self.w0, self.s0 = np.array(given["w0"]), np.array(given["s0"])
-        self.motors = given.get("torque", [])
+        self.motors = given.get("torque")
         self.tau = np.array(given.get("tau_body", np.zeros(3))) @ self.frame
 
     def start(self, q0):
@@ -40,10 +40,9 @@ class Satellite:
         return self.system.state(q=q, omega_body=omega, wheel_rates=l / 0.1 - omega)
 
     def input(self, t):
-        u = np.array([m["amp"] * np.cos(m["freq"] * t) for m in self.motors])
-        return np.concatenate(
-            [(u @ self.axes if self.motors else np.zeros(3)) @ self.frame, self.tau]
-        )
+        motors = self.motors or [{"amp": 0.0, "freq": 0.0}] * len(self.J)
+        u = np.array([motor["amp"] * np.cos(motor["freq"] * t) for motor in motors])
+        return np.concatenate([u @ self.axes @ self.frame, self.tau])
 
 
 @every(cases("gyrostat"))
@@ -59,7 +58,8 @@ def test_a_gyrostat_agrees_with_the_reference(case):
     atol = motion.tolerance("R", motion.turned, cond["R"])
     np.testing.assert_allclose(R, expected, rtol=0, atol=atol)
     L = found["L_world"][1:]
-    atol = motion.tolerance("L_world", np.linalg.norm(L[0]), cond["H_space"])
+    size = np.abs(found["spin_momenta"]).max()  # of what L is a sum of, though it may be 0
+    atol = motion.tolerance("L_world", size, cond["H_space"])
     np.testing.assert_allclose(L, np.reshape(out["H_space"], L.shape), rtol=0, atol=atol)
 
 
@@ -83,19 +83,16 @@ def test_a_million_steps_keep_every_momentum():
     motion = million_steps(system, start, 0.05)
     for name in ("L_world", "spin_momenta"):
         drift = np.abs(motion[name] - motion[name][0]).max()
-        assert drift < 1e-11, name  # a random walk of 2e7 roundings of numbers near 1
+        assert drift <= 1e-11, name  # a random walk of 2e7 roundings is 1e-12 or less
     energy = motion["kinetic_energy"]
     assert np.abs(energy / energy[0] - 1.0).max() < 1e-5
     np.testing.assert_allclose(np.linalg.norm(motion["q"], axis=-1), 1.0, rtol=0, atol=1e-15)
 
 
-def test_a_motor_at_rest_turns_the_carrier_by_the_ratio_of_the_moments():
-    """A wheel that is turned from rest to rest by an angle turns the carrier by -J / I of it."""
+def test_a_wheel_that_is_turned_and_stopped_turns_the_carrier_the_other_way():
     system = Gyrostat(2.0, 2.5, 3.0, J1=0.02)
     u = np.array([[0.3, 0, 0, 0, 0, 0], [-0.3, 0, 0, 0, 0, 0]])
     motion = system.simulate(system.state(), [0.0, 2.0, 4.0], u)
-    turned = 0.3 * 2.0**2 / 1.98  # of the carrier: the torque on its moment without the wheel
+    turned = 2.0 * np.arctan2(-motion["q"][-1, 1], motion["q"][-1, 0])
+    assert turned == pytest.approx(0.3 * 2.0**2 / 1.98, rel=1e-12)  # J of the wheel does not count
     np.testing.assert_allclose(motion["omega_body"][-1], 0.0, atol=1e-14)
-    assert 2.0 * np.arctan2(-motion["q"][-1, 1], motion["q"][-1, 0]) == pytest.approx(
-        turned, rel=1e-12
-    )
