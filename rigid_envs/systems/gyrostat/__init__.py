@@ -1,0 +1,1 @@
+"""The gyrostat: a rigid carrier with up to three wheels along its principal axes."""
