@@ -294,15 +294,16 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name):
         ("gyrostat.volterra", {"wheels": np.zeros(3)}, "^wheels = .*; expected one positive"),
         ("gyrostat.volterra", {"wheels": [0.1, 0.0, 0.1]}, "^wheels = .*; expected one positive"),
         ("gyrostat.omega", {"omega0": [0.0, 0.0, 1e308]}, "^omega0 = .*; expected an angular"),
-        (
-            "gyrostat.attitude",
-            {
-                "moments": [1.0, 3.0, 3.0],
-                "wheels": [0.0, 0.0, 0.5],
-                "omega0": [0.3, 0.3, 0.2],
-                "wheel_rate0": -0.2,
-            },
-            "^omega0 = .*; expected a motion between",
+        *(
+            (
+                "gyrostat.attitude",
+                dict(moments=moments, wheels=[0.0, 0.0, 0.5], omega0=rates, wheel_rate0=s),
+                r"^omega0 = \[.*\]; expected a motion off the separatrix",
+            )
+            for moments, rates, s in (
+                ([1.0, 3.0, 3.0], [0.3, 0.3, 0.2], -0.2),
+                ([3.0, 1.5, 1.0], [-0.5, 0.5, 0.0], -3.0),
+            )
         ),
         ("gyrostat.energy_sink", {"axial_rates": [0.0, 0.0]}, "^axial_rates.* = 0.0; expected"),
         ("gyrostat.damped_nutation", {"axial_rates": [-4.0, 3.0]}, "^axial_rates = .*; expected"),

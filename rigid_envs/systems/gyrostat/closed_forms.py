@@ -148,8 +148,9 @@ def volterra(
     Raises:
         ValueError: a wrong shape, a moment that is not positive, no wheel or several, a wheel with
             more than the moment of the whole, a number that is not finite, an angular momentum that
-            double precision has not, or the motion from one unstable rotation about the wheel's
-            axis to the opposite one.
+            double precision has not, or a separatrix that is no limit of other motions of its kind:
+            of a wheel without momentum, between opposite rotations about its axis, or of one that
+            has one of `separatrix_limits`.
 
     Source: Volterra (1899).
     """
@@ -204,7 +205,7 @@ def wheel_rate(
     """
     path = volterra(moments, wheels, omega0, wheel_rate0)
     along = float(checks.exact_array(omega0, "omega0", 3)[path.axes[2]])
-    return wheel_rate0 + along - path.components(path.argument(t))[2]
+    return np.asarray(wheel_rate0 + along - path.components(path.argument(t))[2])
 
 
 @dataclass(frozen=True)
@@ -254,15 +255,14 @@ class _Start:
         across, poles = A * w1 * w1 + B * w2 * w2, list[Pole]()
         if across == 0:
             return ()
-        for H in (self.momentum(), -self.momentum()):
-            e = (H - self.p) / D - x
-            energy = D * e * (e + 2 * x)  # D (e + x)^2 - D x^2
-            size = (energy - across).copy_sign((energy - across) * H) / (2 * D)
-            if abs(energy - across) < _NOTHING * max(abs(energy), across):
-                poles.append(Pole(0.0, 0.0, 1.0))  # where a separatrix ends on the wheel's axis
+        for sign in (1, -1):
+            e = (sign * self.momentum() - self.p) / D - x
+            along = D * e * (e + 2 * x)
+            if abs(along - across) < _NOTHING * across:  # a separatrix ends on the wheel's axis
+                poles.append(Pole(0.0, 0.0, 1.0))
                 continue
-            ratio = weight * (b - e) / (a - e)
-            poles.append(Pole(float(size / (a - e)), float(size / (b - e)), float(ratio)))
+            K, ratio = sign * (along - across) / (2 * D), weight * (b - e) / (a - e)
+            poles.append(Pole(float(K / (a - e)), float(K / (b - e)), float(ratio)))
         return tuple(poles)
 
 
@@ -275,8 +275,8 @@ def _start(moments: ArrayLike, wheels: ArrayLike, omega0: ArrayLike, wheel_rate0
     w1, w2, w3 = (Decimal(float(rates[k])) for k in axes)
     J, s = Decimal(wheel), Decimal(checks.number(wheel_rate0, "wheel_rate0", "rad/s"))
     start = _Start(axes, (A, B, C - J), (w1, w2, w3), J * (w3 + s))
-    momentum = float(start.momentum())
-    normal = not (any(start.omega) or start.p) or sys.float_info.min <= momentum < math.inf
+    momentum = start.momentum()
+    normal = not momentum or sys.float_info.min <= float(momentum) < math.inf
     expected = "an angular momentum within double precision: choose other units"
     checks.require(normal, rates, "omega0", expected)
     return start
@@ -363,10 +363,11 @@ def _between_real(start: _Start, cycle: list[_Root], factors: tuple[Decimal, Dec
     b, c, d, a = cycle
     if off(d, a) * off(c, a) < off(c, b) * off(d, b):  # let the root that may be double be at b
         a, b, c, d = b, a, d, c
+    low, high = sorted((off(d, a), off(d, b)))
+    rates = [float(start.omega[start.axes.index(k)]) for k in range(3)]
+    expected = "a motion off the separatrix if the wheel has momentum 0 or a separatrix limit"
+    checks.require(low > _NOTHING * high, rates, "omega0", expected)
     g, other = off(d, a) / off(d, b), off(c, b) / off(c, a)
-    expected = "a motion between the unstable rotations about the wheel's axis that comes round"
-    rates = [float(w) for w in start.omega]
-    checks.require(g > _NOTHING, rates, "omega0", expected)
     squares = [abs(k) / size for k, size in zip(factors, start.sizes(), strict=True)]
     for root, factor in ((a, off(a, b) * g), (b, off(b, a)), (c, off(c, a)), (d, off(d, a))):
         squares[root[0]] *= factor
@@ -413,11 +414,11 @@ def _moving(
     sn, cn = (far / (near + far)).sqrt(), (near / (near + far)).sqrt()
     if kind == "complex":
         sn, cn = 2 * sn * cn, (near - far) / (near + far)
-    dn, share = (cn * cn + m1 * sn * sn).sqrt(), max(float(m1), 0.0)
-    share = share if share > special.SMALLEST else 0.0
+    dn, rest = (cn * cn + m1 * sn * sn).sqrt(), min(float(m1), 1.0)
+    rest = rest if rest > special.SMALLEST else 0.0
     u = float(special.argument(float(sn), float(abs(cn)), float(dn)))
     if cn < 0:
-        u = 2.0 * special.quarter_period(share) - u
+        u = 2.0 * special.quarter_period(rest) - u
     sizes = [float(square.sqrt()) for square in squares]
     return Volterra(
         axes=(start.axes[one], start.axes[other], start.axes[2]),
@@ -425,7 +426,7 @@ def _moving(
         ends=(float(x + a), float(x + b)),
         amplitudes=(sense * others * sizes[one], others * sizes[other]),
         weight=float(weight),
-        m1=min(share, 1.0),
+        m1=rest,
         rate=float(speed.sqrt()),
         start=mine * sense * others * u,
         momentum=float(start.momentum()),
@@ -528,21 +529,17 @@ def _precession(path: Volterra, u: Array, t: Array) -> Array:
     """Euler angle phi about L [rad], up to a constant."""
     phi = path.drift * t
     for pole in path.poles:
-        if path.kind != "complex" and pole.ratio <= 1.0 and path.m1 > 0.0:
-            phi = phi + pole.at_a * t
+        steady = pole.at_b
+        if path.kind == "complex":
+            integral = _cn_integral(u, pole.ratio, path.m1)
+        elif pole.ratio > 1.0 or path.m1 == 0.0:
+            integral = special.cn2_integral(u, pole.ratio - 1.0, path.m1)
+        else:  # P / (P + ratio / g Q) = 1 - ratio / g Q / (P + ratio / g Q)
+            steady = pole.at_a
             integral = -pole.ratio * _sn2_integral(u, pole.ratio, path.m1)
-        else:
-            phi = phi + pole.at_b * t
-            third = _cn_integral if path.kind == "complex" else _cn2_integral
-            integral = third(u, pole.ratio, path.m1)
-        if path.rate != 0.0:
-            phi = phi + (pole.at_a - pole.at_b) / path.rate * integral
+        swing = (pole.at_a - pole.at_b) / path.rate if path.rate else 0.0
+        phi = phi + steady * t + swing * integral
     return phi
-
-
-def _cn2_integral(u: Array, ratio: float, m1: float) -> Array:
-    """Integral from 0 to u of cn^2 / (cn^2 + ratio sn^2), for ratio >= 1 or m1 = 0."""
-    return special.cn2_integral(u, ratio - 1.0, m1)
 
 
 def _sn2_integral(u: Array, ratio: float, m1: float) -> Array:
@@ -818,7 +815,8 @@ def damped_nutation(
     for k in range(len(behind)):
         pull = Polynomial([1j * share[k] * seen[k], share[k]])
         whole += pull * math.prod(behind[:k] + behind[k + 1 :], start=Polynomial([1.0]))
-    z = complex(min(whole.roots(), key=lambda root: abs(root)))
+    roots = whole.roots()
+    z = complex(roots[np.argmin(np.abs(roots))])
     for _ in range(3):  # Newton's steps: small growth keeps its digits
         drag = 1.0 + lag * (1j + z)
         miss = z + np.sum(share * (1j * seen + z) / drag)
