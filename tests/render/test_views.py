@@ -18,6 +18,8 @@ from rigid_envs.systems.free_body.tasks import (
     SpinCapture,
 )
 from rigid_envs.systems.free_body.view import sides
+from rigid_envs.systems.gyrostat.tasks import TwoWheels, WheelReorient
+from rigid_envs.systems.gyrostat.view import GyrostatView, limits
 from rigid_envs.systems.heavy_top.tasks import PivotTop, SleepingTop, TopPrecession
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from rigid_envs.systems.rolling_ball.tasks import BallPark, BallParkGoal, BallSteer
@@ -132,6 +134,7 @@ def flat(frame):
 
 BODIES = {
     "FreeBody": (Reorient(), systems.FreeBody(), "body"),
+    "Gyrostat": (WheelReorient(), systems.Gyrostat(), "body"),
     "HeavyTop": (SleepingTop(), systems.HeavyTop(), "top"),
     "RollingBall": (BallPark(), systems.RollingBall(), "ball"),
     "DynamicBall": (BallPlate(), systems.DynamicBall(), "ball"),
@@ -190,6 +193,8 @@ def test_the_goal_of_a_spin_is_the_arrow_at_which_omega_arrives():
 def test_ghosts_are_where_the_task_wants_the_body():
     goal = dict(zip(("goal_w", "goal_x", "goal_y", "goal_z"), Q.tolist(), strict=True))
     view, moment = at(Reorient(), systems.FreeBody.state(), **goal)
+    assert np.allclose(view.frame(moment).poses["goal"].q, Q)
+    view, moment = at(WheelReorient(), systems.Gyrostat.state(), **goal)
     assert np.allclose(view.frame(moment).poses["goal"].q, Q)
     view, moment = at(BallParkGoal(), systems.RollingBall.state(), **goal, goal_X=1.0)
     pose = view.frame(moment).poses["goal"]
@@ -456,6 +461,85 @@ def test_what_is_said_of_a_thrown_body():
     assert height == "height 1.25 m   upward velocity -0.50 m/s"
     assert omega == "omega (0.00, 6.47, 6.03) rad/s in body axes"
     assert momentum == "|L| 0.15 N m s   twist about e1 45 deg"
+
+
+def filled(shares, task, **aux):
+    """The view of a satellite at rest whose wheels have these shares of their capacity."""
+    J = task.system().wheel_moments
+    rates = np.divide(np.multiply(task.capacity, shares), J, out=np.zeros(3), where=J > 0.0)
+    return at(task, systems.Gyrostat.state(q=Q, wheel_rates=rates), goal_w=1.0, **aux)
+
+
+def test_bars_are_as_long_as_wheels_are_full_and_end_at_the_red_ends():
+    view, moment = filled([1.0, -0.25, 0.0], WheelReorient())
+    poses, drawing = view.poses(moment), Drawing(view, Look())
+    drawing.picture(moment)
+    ends = {}
+    for k in "123":
+        mesh, pose = view.scene.parts[f"bar{k}"].mesh, poses[f"bar{k}"]
+        far = placed(pose, [mesh.vertices[:, 0].max(), 0.0, 0.0])
+        ends[k] = far, drawing.place_of(far)[0] - drawing.place_of(pose.position)[0]
+    right, left = limits().vertices[:, 0].max(), limits().vertices[:, 0].min()
+    assert left == -right
+    bar = np.linalg.norm(ends["1"][0] - poses["bar1"].position)
+    assert right - 0.1 < bar < right
+    assert np.linalg.norm(ends["2"][0] - poses["bar2"].position) == pytest.approx(0.25 * bar)
+    assert ends["1"][1] > 0.3 and ends["2"][1] == pytest.approx(-0.25 * ends["1"][1], rel=0.1)
+    assert abs(ends["3"][1]) < 0.01
+    assert view.readings(moment)[-1] == "wheels at 100 %, -25 %, 0 % of 0.4 N m s"
+
+
+def test_a_wheel_turns_about_its_axis_as_its_motor_turns_it_and_is_seen_on_both_faces():
+    view, moment = filled([0.25, -0.25, 0.0], WheelReorient())
+    poses = view.poses(moment)
+    for k, turn in enumerate((90.0, -90.0, 0.0)):
+        pose, empty = poses[f"wheel{k + 1}"], filled([0.0] * 3, WheelReorient())
+        axis = matrix(Q)[:, k]
+        before = matrix(empty[0].poses(empty[1])[f"wheel{k + 1}"].q)
+        c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+        x, y, z = axis
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        rotation = c * np.eye(3) + s * cross + (1.0 - c) * np.outer(axis, axis)
+        assert np.allclose(matrix(pose.q), rotation @ before)
+        points = view.scene.parts[f"wheel{k + 1}"].mesh.vertices * np.array(pose.scale)
+        half = 0.5 * np.array(view.scale)
+        for side in (1.0, -1.0):
+            assert (side * points[:, k]).max() > half[k]
+        assert np.all(np.abs(np.delete(points, k, axis=1)).max(axis=0) < np.delete(half, k))
+
+
+def test_a_wheel_that_is_not_there_is_not_shown_and_its_motor_does_nothing():
+    view, moment = filled([0.5, 0.5, 0.0], TwoWheels())
+    assert {name for name in view.scene.parts if name[-1] in "123"} == {
+        f"{name}{k}" for name in ("wheel", "bar", "limits") for k in "12"
+    }
+    u = np.array([0.1, 0.2, 0.4, 0.0, 0.0, -0.05])
+    assert np.allclose(view.torque(replace(moment, u=u)), [-0.1, -0.2, -0.05])
+    bare = systems.Gyrostat()
+    alone = GyrostatView(SimpleNamespace(system=lambda _: bare), asdict(bare))
+    still = Moment(bare.state(), np.zeros(6), asdict(bare), dynamics=bare.dynamics)
+    assert set(alone.poses(still)) == {"body", "sphere"} and len(alone.readings(still)) == 1
+
+
+def test_a_satellite_is_a_box_of_its_moments():
+    view, _ = filled([0.0] * 3, WheelReorient(I1=1.1, I2=1.8, I3=2.4))
+    assert np.ptp(np.array(view.scale) / sides((1.1, 1.8, 2.4))) < 1e-12
+
+
+@pytest.mark.parametrize("task", [WheelReorient(), TwoWheels()], ids=["three", "two"])
+def test_satellite_goal_and_bars_are_in_the_picture(task):
+    rng = np.random.default_rng(0)
+    view, moment = filled([0.0] * 3, task)
+    drawing = Drawing(view, Look())
+    for attitude, goal in rng.normal(size=(20, 2, 4)):
+        y = systems.Gyrostat.state(q=attitude / np.linalg.norm(attitude))
+        names = (f"goal_{k}" for k in "wxyz")
+        aux = dict(zip(names, (goal / np.linalg.norm(goal)).tolist(), strict=True))
+        seen = replace(moment, y=y, aux={**moment.aux, **aux})
+        drawing.picture(seen)
+        for name, pose in view.poses(seen).items():
+            for point in view.scene.parts[name].mesh.vertices[::5]:
+                assert np.abs(drawing.place_of(placed(pose, point))).max() < 0.98
 
 
 @pytest.mark.parametrize("rate", [5.0, -5.0])
