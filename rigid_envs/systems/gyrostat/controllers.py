@@ -15,8 +15,8 @@ _SMALL = 1e-3  # rad: turns that are not worth a turn
 
 
 @dataclass(frozen=True)
-class _Wheels(CheckedFields):
-    """A satellite and the limits of its motors.
+class Wheels(CheckedFields):
+    """A satellite, and the limits of the motors of its wheels.
 
     Attributes:
         satellite: to control.
@@ -52,7 +52,7 @@ class _Wheels(CheckedFields):
 
 
 @dataclass(frozen=True)
-class EigenaxisSlew(_Wheels):
+class EigenaxisSlew(Wheels):
     """Turns a satellite to rest at an attitude about the axis of the rotation that leads there.
 
     The rate along the axis e grows by what the weakest wheel allows, and falls so that it can just
@@ -103,7 +103,7 @@ class EigenaxisSlew(_Wheels):
 
 
 @dataclass(frozen=True)
-class ThreeTurns(_Wheels):
+class ThreeTurns(Wheels):
     """Turns a satellite without angular momentum by two wheels: about e1, e2 and e1 again.
 
     Or about e2, e1 and e2. Each of the two orders has two solutions for the angles. Of the four
