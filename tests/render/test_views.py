@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from rigid_envs import systems
 from rigid_envs.mechanics.bodies import solids as bodies
@@ -19,7 +20,14 @@ from rigid_envs.systems.free_body.tasks import (
 )
 from rigid_envs.systems.free_body.view import sides
 from rigid_envs.systems.gyrostat.tasks import TwoWheels, WheelReorient
-from rigid_envs.systems.gyrostat.view import GyrostatView, limits
+from rigid_envs.systems.gyrostat.view import (
+    DualSpinView,
+    GyrostatView,
+    WheelTrackView,
+    earth,
+    limits,
+    rings,
+)
 from rigid_envs.systems.heavy_top.tasks import PivotTop, SleepingTop, TopPrecession
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from rigid_envs.systems.rolling_ball.tasks import BallPark, BallParkGoal, BallSteer
@@ -540,6 +548,84 @@ def test_satellite_goal_and_bars_are_in_the_picture(task):
         for name, pose in view.poses(seen).items():
             for point in view.scene.parts[name].mesh.vertices[::5]:
                 assert np.abs(drawing.place_of(placed(pose, point))).max() < 0.98
+
+
+def test_the_axis_of_a_rotor_that_has_taken_up_L_points_into_a_ring():
+    satellite = systems.Gyrostat(2.0, 2.5, 3.0, J1=0.5)
+    task = {"least_start_rate": 0.4, "largest_start_rate": 0.6, "torque": 0.03}
+    view = DualSpinView(SimpleNamespace(system=lambda _: satellite, **task), asdict(satellite))
+    centres = np.split(rings().vertices, 2)
+    for L1, end in ((1.2, 0), (-1.2, 1)):
+        y = satellite.state(q=Q, wheel_rates=[L1 / 0.5, 0.0, 0.0])
+        moment = Moment(y, np.zeros(6), asdict(satellite), {}, dynamics=satellite.dynamics)
+        poses, tip = view.poses(moment), np.asarray(view.points(moment)["axis"])
+        L = L1 * matrix(Q)[:, 0]
+        middle = [placed(poses["goal"], each.mean(axis=0)) for each in centres]
+        assert np.allclose(middle[0], 1.5 * L / 1.2, atol=1e-2)
+        assert np.allclose(middle[end], tip, atol=1e-2)
+        assert poses["bar1"].scale[0] == pytest.approx(1.0)
+        assert view.readings(moment)[-2:] == (
+            "0.0 deg from L to the rotor   0.000 rad/s",
+            f"rotor has {100 if L1 > 0 else -100} % of L",
+        )
+    spun = satellite.state(q=Q, omega_body=[0.0, 0.0, 0.5], wheel_rates=[0.0, 0.0, 0.0])
+    readings = view.readings(replace(moment, y=spun))
+    assert readings[-2:] == ("90.0 deg from L to the rotor   0.500 rad/s", "rotor has 0 % of L")
+    still = replace(moment, y=satellite.state())
+    assert np.allclose(view.poses(still)["goal"].q, [1.0, 0.0, 0.0, 0.0])
+
+
+def flown(q, phi, beta, errors=(0.0, 0.0)):
+    """The view of a satellite over the Earth, 500 km high, and a moment of its pass."""
+    satellite = systems.Gyrostat(2.0, 2.5, 3.0, J1=1e-4, J2=1e-4, J3=1e-4)
+    task = SimpleNamespace(
+        system=lambda _: satellite, ground=6371.0 / 500.0, overhead_rate=0.0152, capacity=0.03,
+        torque=1e-3, bound=0.05,
+    )  # fmt: skip
+    aux = {f"reference_{name}": x for name, x in zip("wxyz", Q.tolist(), strict=True)}
+    aux |= {"sine": math.sin(phi), "cosine": math.cos(phi)}
+    aux |= {"target_sine": math.sin(beta), "target_cosine": math.cos(beta)}
+    aux |= dict(zip(("error_sum", "n_errors"), errors, strict=True))
+    y = satellite.state(q=q)
+    moment = Moment(y, np.zeros(6), asdict(satellite), aux, dynamics=satellite.dynamics)
+    return WheelTrackView(task, asdict(satellite)), moment
+
+
+@pytest.mark.parametrize(("phi", "beta"), [(-0.1, 0.03), (0.0, 0.0), (0.05, -0.05)])
+def test_the_beam_of_a_camera_that_looks_at_its_target_ends_there(phi, beta):
+    satellite, ground = 6871.0 * np.array([0.0, math.sin(phi), math.cos(phi)]), 6371.0
+    target = ground * np.array([math.sin(beta), 0.0, math.cos(beta)])
+    way = (target - satellite) / np.linalg.norm(target - satellite)
+    turn = Rotation.align_vectors([way], [[0.0, 0.0, 1.0]])[0].as_matrix()
+    frame = Rotation.from_matrix(matrix(Q) @ turn).as_quat(scalar_first=True)
+    view, moment = flown(frame, phi, beta, (0.3, 10.0))
+    poses, points = view.poses(moment), view.points(moment)
+    assert np.allclose(points["target"], 1.5 * way)
+    assert np.allclose(points["axis"], points["target"])
+    assert np.allclose(placed(poses["beam"], [0.0, 0.0, 1.0]), points["target"])
+    assert np.allclose(poses["target"].position, points["target"])
+    assert np.allclose(matrix(poses["target"].q) @ [0.0, 0.0, 1.0], -way)
+    first, *_ = view.readings(moment)
+    assert first == "0.0 deg from the target, mean 1.72 of at most 2.86 deg"
+
+
+def test_a_target_on_the_horizon_is_at_the_rim_of_the_earth():
+    rim = -earth(6371.0 / 6871.0).vertices[:, 2].max()
+    horizon = math.acos(6371.0 / 6871.0)  # as seen from the centre of the Earth
+    for share, nearer in ((0.3, 0.1), (1.0, 0.0), (1.3, 0.01)):
+        view, moment = flown(Q, share * horizon, 0.0)
+        down = matrix(view.poses(moment)["earth"].q) @ [0.0, 0.0, -1.0]
+        assert np.allclose(down, [0.0, -math.sin(share * horizon), -math.cos(share * horizon)])
+        beside = np.asarray(view.points(moment)["target"]) @ down / 1.5 - rim
+        assert beside > nearer if nearer else abs(beside) < 1e-6
+
+
+def test_a_pass_is_seen_in_its_own_axes():
+    view, moment = flown(Q, 0.0, 0.0)
+    assert np.allclose(matrix(view.poses(moment)["body"].q), np.eye(3))
+    moment.y[4:7] = 0.0, 0.01, 0.0
+    _, omega = view.arrows(moment)["omega"]
+    assert np.allclose(np.asarray(omega) / np.linalg.norm(omega), [0.0, 1.0, 0.0])
 
 
 @pytest.mark.parametrize("rate", [5.0, -5.0])
