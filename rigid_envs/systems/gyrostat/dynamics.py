@@ -220,18 +220,20 @@ def step(y: State, u: Input, p: Parameters, h: float) -> State:
     l0, L0 = spin_momenta(y, p), momentum(y, p)
     spins = (l0[0] + motor[0], l0[1] + motor[1], l0[2] + motor[2])
     L = (L0[0] + kick[0], L0[1] + kick[1], L0[2] + kick[2])
-    q, L = free_turn(attitude(y), L, spins, p, h)
-    l1, l2, l3 = spins[0] + motor[0], spins[1] + motor[1], spins[2] + motor[2]
-    # divided, for the error of an inverse would be the same in each step, and add up
-    w1 = (L[0] + kick[0] - l1) / p.A1
-    w2 = (L[1] + kick[1] - l2) / p.A2
-    w3 = (L[2] + kick[2] - l3) / p.A3
-    wheels = (
-        select(p.has1 > 0.0, l1 / _or_one(p.J1) - w1, y.wheel1),
-        select(p.has2 > 0.0, l2 / _or_one(p.J2) - w2, y.wheel2),
-        select(p.has3 > 0.0, l3 / _or_one(p.J3) - w3, y.wheel3),
+    q, turned = free_turn(attitude(y), L, spins, p, h)
+    # changes, for roundings of what is divided and multiplied again add up
+    d1 = ((turned[0] - L[0]) + 2.0 * (kick[0] - motor[0])) / p.A1
+    d2 = ((turned[1] - L[1]) + 2.0 * (kick[1] - motor[1])) / p.A2
+    d3 = ((turned[2] - L[2]) + 2.0 * (kick[2] - motor[2])) / p.A3
+    return State(
+        *q,
+        y.omega1 + d1,
+        y.omega2 + d2,
+        y.omega3 + d3,
+        y.wheel1 + (2.0 * motor[0] * p.per_J1 - p.has1 * d1),
+        y.wheel2 + (2.0 * motor[1] * p.per_J2 - p.has2 * d2),
+        y.wheel3 + (2.0 * motor[2] * p.per_J3 - p.has3 * d3),
     )
-    return State(*q, w1, w2, w3, *wheels)
 
 
 @scalar
