@@ -191,14 +191,19 @@ def _drift(satellite: Gyrostat, share: float) -> float:
     return float(np.max(np.abs(motion["omega_body"] - omega)))
 
 
-def _spin_up(satellite: Gyrostat, torque: float) -> tuple[Array, Array]:
-    """L and the momentum of the rotor in flat spin, as the motor brings the latter from 0 to 1."""
+def flat_spin(satellite: Gyrostat) -> Array:
+    """State near spin about e3 with |L| = 1 N m s, the rotor at rest in space, shape (10,)."""
     L1, L2 = _START
     L = np.array([L1, L2, math.sqrt(1.0 - L1**2 - L2**2)])
     omega = L / satellite.carrier_moments
-    start = satellite.state(omega_body=omega, wheel_rates=[-omega[0], 0.0, 0.0])
+    return satellite.state(omega_body=omega, wheel_rates=[-omega[0], 0.0, 0.0])
+
+
+def _spin_up(satellite: Gyrostat, torque: float) -> tuple[Array, Array]:
+    """L and the momentum of the rotor in flat spin, as the motor brings the latter from 0 to 1."""
     t = np.linspace(0.0, 1.0 / torque, 1501)
-    motion = satellite.simulate(start, t, [torque, 0.0, 0.0, 0.0, 0.0, 0.0])
+    push = [torque, 0.0, 0.0, 0.0, 0.0, 0.0]
+    motion = satellite.simulate(flat_spin(satellite), t, push)
     return motion["L_body"], motion["spin_momenta"][:, 0]
 
 
