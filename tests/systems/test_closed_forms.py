@@ -12,6 +12,7 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from rigid_envs.systems import modules_of_all
 from tests.refusals import NO_NUMBERS, refusal, refuses
@@ -198,7 +199,7 @@ def test_units_change_exponents_alone(name):
 def test_times_and_angles_of_any_shape_are_taken(key):
     for name in WITH_UNITS:
         parameter = inspect.signature(form_of(name)).parameters.get(key)
-        if parameter is None or parameter.annotation != "ArrayLike":
+        if parameter is None or parameter.annotation is not ArrayLike:
             continue
         values = np.linspace(0.2, 1.2, 6)
         one, rows = (
@@ -251,7 +252,7 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name):
         if key == "precession":  # which may be NaN, where there is none
             continue
         bad = [*spoiled(key, value)]
-        bad += [[], np.ones(2)] if parameters[key].annotation == "float" else []
+        bad += [[], np.ones(2)] if parameters[key].annotation is float else []
         for wrong in bad:
             text = refusal(form_of(name), **{**arguments, key: wrong})
             assert re.match(rf"{key}\b", text), text

@@ -121,7 +121,7 @@ class ThreeTurns(Wheels):
         states, A = np.asarray(y, dtype=np.float64), self.satellite.carrier_moments[:2]
         rates = self.satellite.omega_body(states)[..., :2]
         off = rotations.multiply(rotations.conjugate(states[..., :4]), goal)
-        plans = np.stack([*_turns(off, 0), *_turns(off, 1)], axis=-2)  # (..., 4, 3)
+        plans = np.concatenate([_turns(off, 0), _turns(off, 1)], axis=-2)  # (..., 4, 3)
         time = np.stack([self._time(plans[..., k, :], rates, k // 2) for k in range(4)], axis=-1)
         best = np.argmin(time, axis=-1)
         angles = np.take_along_axis(plans, best[..., None, None], axis=-2)[..., 0, :]
@@ -141,12 +141,12 @@ class ThreeTurns(Wheels):
         """Least time of three turns [s], shape (...), the first at its rate; others are stopped."""
         at = rates[..., first]
         stop = np.abs(rates[..., 1 - first]) * self.satellite.carrier_moments[1 - first]
-        return (
-            self._turn_time(angles[..., 0], at, first)
-            + self._turn_time(angles[..., 1], 0.0 * at, 1 - first)
-            + self._turn_time(angles[..., 2], 0.0 * at, first)
-            + stop / self.torque
+        turns = (
+            self._turn_time(angles[..., 0], at, first),
+            self._turn_time(angles[..., 1], 0.0 * at, 1 - first),
+            self._turn_time(angles[..., 2], 0.0 * at, first),
         )
+        return np.asarray(sum(turns) + stop / self.torque)
 
     def _turn_time(self, angle: Array, rate: Array, axis: int) -> Array:
         """Least time [s] to rest after a turn by an angle, from a rate."""
@@ -159,8 +159,8 @@ class ThreeTurns(Wheels):
         return np.asarray((2.0 * np.minimum(peak, most) - rate) / a + coast)
 
 
-def _turns(q: Array, axis: int) -> tuple[Array, Array]:
-    """Both triples of angles of turns about e1, e2, e1 (axis 0) or e2, e1, e2, shape (..., 3).
+def _turns(q: Array, axis: int) -> Array:
+    """Both triples of angles of turns about e1, e2, e1 (axis 0) or e2, e1, e2, shape (..., 2, 3).
 
     Where the second turn is none, or half a turn, the third is left out.
     """
@@ -173,12 +173,9 @@ def _turns(q: Array, axis: int) -> tuple[Array, Array]:
     # there the sum or the difference alone is known: of e1 before and after none, or half a turn
     along = rotations.log(rotations.multiply(q, _about(1 - axis, -middle)))[..., i]
     one, two = np.where(none | half, along, one), np.where(none | half, 0.0, two)
-    first, other = (one, middle, two), (one + np.pi, -middle, two + np.pi)
-    wrapped = (
-        np.remainder(np.stack(each, axis=-1) + np.pi, 2.0 * np.pi) - np.pi
-        for each in (first, other)
-    )
-    return tuple(wrapped)
+    triples = (one, middle, two), (one + np.pi, -middle, two + np.pi)
+    both = np.stack([np.stack(each, axis=-1) for each in triples], axis=-2)
+    return np.asarray(np.remainder(both + np.pi, 2.0 * np.pi) - np.pi)
 
 
 def _about(axis: int, angle: Array) -> Array:

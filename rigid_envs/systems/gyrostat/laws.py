@@ -1,6 +1,7 @@
 """Laws of a gyrostat: Newton's law, wheels that turn freely or are driven, what is conserved."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 
@@ -115,13 +116,13 @@ def a_gyrostat_with_one_wheel_follows_volterra() -> float:
 
 
 @SUBJECT.law(
-    "eigenvalues of linearize with the rates of the theory",
+    "linearize with the growth of the theory",
     bound=1e-13,
     why="roundings of a matrix of norm 2",
 )
 def a_turning_wheel_makes_a_spin_stable_or_unstable() -> float:
     """Squares of the transverse eigenvalues about a spin about e3, at seven rates of its wheel."""
-    one, spin = Gyrostat(*_SATELLITE.moments, J3=0.2), 0.9
+    one, spin = replace(_SATELLITE, J1=0.0, J2=0.0), 0.9
     rates = np.linspace(-10.0, 4.0, 7)
     wheels = np.multiply.outer(rates, [0.0, 0.0, 1.0])
     A, _ = one.linearize(one.state(omega_body=[0.0, 0.0, spin], wheel_rates=wheels))
