@@ -387,3 +387,12 @@ _ours(
     controllers={"three_turns": "three_turns"},
     conditions="TURNED",
 )
+_ours(
+    "gyrostat:DualSpin",
+    200,
+    "time success return effort",
+    early_end={"rate_tolerance": 0.5},
+    controllers={"ride": "ride"},
+    limits={"time": "DUAL_SPIN_TIME"},
+    conditions="AT_REST",
+)

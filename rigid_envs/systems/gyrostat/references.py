@@ -10,6 +10,10 @@ from rigid_envs.mechanics import rotations
 from rigid_envs.scores.policies import Controller, feedback, system_of
 from rigid_envs.scores.references import Decoded, Decoder, entries, goal_attitude
 from rigid_envs.systems.gyrostat import controllers
+from rigid_envs.systems.gyrostat.references_dual import AT_REST as AT_REST
+from rigid_envs.systems.gyrostat.references_dual import DUAL_SPIN_TIME as DUAL_SPIN_TIME
+from rigid_envs.systems.gyrostat.references_dual import dual_spin as dual_spin
+from rigid_envs.systems.gyrostat.references_dual import ride as ride
 from rigid_envs.systems.gyrostat.tasks.wheel_reorient import TwoWheels, WheelReorient
 from rigid_envs.tasks.core import Core
 

@@ -1,5 +1,6 @@
 """Tasks of the gyrostat."""
 
+from rigid_envs.systems.gyrostat.tasks.dual_spin import DualSpin
 from rigid_envs.systems.gyrostat.tasks.wheel_reorient import TwoWheels, WheelReorient
 
-__all__ = ["TwoWheels", "WheelReorient"]
+__all__ = ["DualSpin", "TwoWheels", "WheelReorient"]
