@@ -112,15 +112,16 @@ class DualSpinTurn(CheckedFields):
         return clip_to_box(A1 * (omega1 + wanted - drift) / (self.dt * self.torque))
 
     def _within_reach(self, y: Array, sense: Array) -> npt.NDArray[np.bool_]:
-        """Where s can grow to that of rest, ``cosh(s) = |L| / (A3 tolerance)``, at full torque.
+        """Where s may still grow to that of rest, ``cosh(s) = |L| / (A3 tolerance)``.
 
-        In the time in which the rotor takes up L1 - l, and in some periods more.
+        At full torque it grows for ``sqrt(pi A1 / torque)`` or so, the largest size of an integral
+        of ``exp(2 i phi)`` with phi'' = torque / A1.
         """
         A1, A2, A3 = self.satellite.carrier_moments
         size = np.linalg.norm(self.satellite.L_body(y), axis=-1)
         omega1 = sense * self.satellite.omega_body(y)[..., 0]
         goal = np.arccosh(np.maximum(size / (A3 * self.tolerance), 1.0))
-        time = A1 * (omega1 + self.tolerance) / self.torque + 4.0 * (self.run_up + 1) * self.dt
+        time = np.sqrt(np.pi * A1 / self.torque) + self.run_up * self.dt
         fastest = 0.5 * size * (1.0 / A2 - 1.0 / A3)
         ahead = omega1 > -self.tolerance
         return np.asarray(ahead & (goal - sense * self.latitude(y) <= fastest * time))
@@ -129,12 +130,12 @@ class DualSpinTurn(CheckedFields):
         """Periods of run-up before full torque that lead to rest first; -1 where none does."""
         if not len(y):
             return np.zeros(0, dtype=np.int64)
-        times = []
-        for k in range(self.run_up + 1):
-            times.append(k + self._time_to_rest(y, sense))
-            y = self._turned(y, -sense)
-        best = np.argmin(times, axis=0)
-        return np.where(np.min(times, axis=0) < _NEVER, best, -1)
+        starts, waits = [y], np.arange(self.run_up + 1)
+        for _ in range(self.run_up):
+            starts.append(self._turned(starts[-1], -sense))
+        times = self._time_to_rest(np.concatenate(starts), np.tile(sense, len(starts)))
+        times = times.reshape(len(starts), -1) + waits[:, None]
+        return np.where(times.min(axis=0) < _NEVER, times.argmin(axis=0), -1)
 
     def _turned(self, y: Array, action: Array) -> Array:
         """States after a period of full torque, of the sign of the action."""

@@ -48,15 +48,17 @@ def dual_spin(task: DualSpin) -> Decoder:
 def _least_time(envs: RigidVectorEnv) -> Array:
     """The larger of the times of the latitude and of the motor, in whole periods [s]."""
     task: Any = envs.task
-    A = np.array([system.carrier_moments for system in envs.systems])
-    l = np.array([s.spin_momenta(y)[0] for s, y in zip(envs.systems, envs.y, strict=True)])  # noqa: E741
-    L = np.array([s.L_body(y) for s, y in zip(envs.systems, envs.y, strict=True)])
+    systems: Any = envs.systems
+    pairs = list(zip(systems, envs.y, strict=True))
+    A = np.array([system.carrier_moments for system in systems])
+    stored = np.array([np.abs(system.spin_momenta(y)[0]) for system, y in pairs])
+    L = np.array([system.L_body(y) for system, y in pairs])
     size, most = np.linalg.norm(L, axis=-1), A[:, 1:].max(axis=1) * task.rate_tolerance
     latitude = np.arctanh(np.abs(L[:, 0]) / size)
     fastest = 0.5 * size * np.abs(1.0 / A[:, 1] - 1.0 / A[:, 2])
     growth = (np.arccosh(np.maximum(size / most, 1.0)) - latitude) / fastest
-    stored = np.sqrt(np.maximum(size**2 - most**2, 0.0)) - A[:, 0] * task.rate_tolerance
-    time = np.maximum(growth, (stored - np.abs(l)) / task.torque)
+    missing = np.sqrt(np.maximum(size**2 - most**2, 0.0)) - A[:, 0] * task.rate_tolerance - stored
+    time = np.maximum(growth, missing / task.torque)
     return np.asarray(task.dt * np.maximum(np.ceil(time / task.dt - 1e-9), 1.0))
 
 
