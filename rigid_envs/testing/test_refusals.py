@@ -137,6 +137,14 @@ def wheels(draw, moments):
 
 
 @st.composite
+def gyrostats(draw, names):
+    """Moments, and wheels that have less than them."""
+    config, free = draw(three_moments()), draw(st.floats(1e-3, 0.9))
+    wheels = [k for k in "123" if f"J{k}" in names]
+    return config | {f"J{k}": free * span(config[f"I{k}"])[0] for k in wheels}
+
+
+@st.composite
 def tippe_tops(draw):
     """Spheres that turn over: 1 - offset / radius < I1 / I3 < 1 + offset / radius."""
     I3, radius, heft = draw(sized(1e-6, 1e5)), draw(st.floats(0.1, 10.0)), draw(st.floats(1.0, 3.0))
@@ -160,6 +168,8 @@ def together(env_id):
     across = "I_perp" if "I_perp" in names else "I1"
     if {"I1", "I3", "offset"} <= set(names):
         parts.append(tippe_tops())
+    elif {"I1", "I2", "I3", "J1"} <= set(names):
+        parts.append(gyrostats(names))
     elif {"I1", "I2", "I3"} <= set(names):
         parts.append(three_moments())
     elif {across, "I3"} <= set(names):
@@ -172,6 +182,8 @@ def together(env_id):
         high = low.removesuffix("low") + "high"
         if high in names:
             parts.append(ordered(low, high, names[low]))
+    if {"bias", "capacity"} <= set(names):
+        parts.append(ordered("bias", "capacity", names["capacity"]))
     return st.tuples(*parts).map(lambda configs: dict(ChainMap(*configs)))
 
 
