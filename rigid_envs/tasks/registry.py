@@ -387,3 +387,11 @@ _ours(
     controllers={"three_turns": "three_turns"},
     conditions="TURNED",
 )
+_ours(
+    "gyrostat:WheelTrack",
+    300,
+    "error success return effort",
+    error=ErrorTerm("close", 20.0, "pointing error [rad]"),
+    controllers={"look_ahead": "look_ahead", "feedforward": "feedforward", "pd": "pd"},
+    conditions="ON_TARGET",
+)

@@ -1,5 +1,6 @@
 """Tasks of the gyrostat."""
 
 from rigid_envs.systems.gyrostat.tasks.wheel_reorient import TwoWheels, WheelReorient
+from rigid_envs.systems.gyrostat.tasks.wheel_track import WheelTrack
 
-__all__ = ["TwoWheels", "WheelReorient"]
+__all__ = ["TwoWheels", "WheelReorient", "WheelTrack"]
