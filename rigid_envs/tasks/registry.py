@@ -388,6 +388,14 @@ _ours(
     conditions="TURNED",
 )
 _ours(
+    "gyrostat:WheelTrack",
+    300,
+    "error success return effort",
+    error=ErrorTerm("close", 20.0, "pointing error [rad]"),
+    controllers={"look_ahead": "look_ahead", "feedforward": "feedforward", "pd": "pd"},
+    conditions="ON_TARGET",
+)
+_ours(
     "gyrostat:DualSpin",
     200,
     "time success return effort",

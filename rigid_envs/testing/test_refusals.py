@@ -137,11 +137,16 @@ def wheels(draw, moments):
 
 
 @st.composite
-def gyrostats(draw, names):
-    """Moments, and wheels that have less than them."""
-    config, free = draw(three_moments()), draw(st.floats(1e-3, 0.9))
-    wheels = [k for k in "123" if f"J{k}" in names]
-    return config | {f"J{k}": free * span(config[f"I{k}"])[0] for k in wheels}
+def carriers(draw, moments, names):
+    """Moments, wheels that are part of them, and what they hold at the start."""
+    config = draw(moments)
+    least = min(span(value)[0] for value in config.values())
+    wheel, start = draw(st.floats(0.01, 0.99)) * least, draw(st.floats(0.0, 1.0))
+    config |= {name: wheel for name in ("J1", "J2", "J3") if name in names}
+    if "bias" in names:
+        capacity = draw(sized(names["capacity"].low, names["capacity"].high))
+        config |= {"capacity": capacity, "bias": start * capacity}
+    return config
 
 
 @st.composite
@@ -169,7 +174,7 @@ def together(env_id):
     if {"I1", "I3", "offset"} <= set(names):
         parts.append(tippe_tops())
     elif {"I1", "I2", "I3", "J1"} <= set(names):
-        parts.append(gyrostats(names))
+        parts.append(carriers(three_moments(), names))
     elif {"I1", "I2", "I3"} <= set(names):
         parts.append(three_moments())
     elif {across, "I3"} <= set(names):

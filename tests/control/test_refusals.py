@@ -31,7 +31,7 @@ BODY, TOP, BALL, MOVED = (
 )
 MAY_BE_ZERO = {
     *("Pump.dt", "QuarterRolls.reach", "PathIntegral.correlation"),
-    "TippeTopSpin.least_arm",
+    *("DualSpinTurn.run_up", "TippeTopSpin.least_arm"),
 }
 SATELLITE = systems.Gyrostat(1.0, 2.0, 2.5, 0.1, 0.1, 0.1)
 CONTROLLERS = (
@@ -41,6 +41,7 @@ CONTROLLERS = (
     rolling_disk.CircleRegulator(systems.RollingDisk(), 1.0, 0.05),
     CrossEntropyChoices(8, 5, 3),
     rolling_ball.DampedFollower(BALL, 1.0),
+    gyrostat.DualSpinTurn(SATELLITE, 0.3, 1.0, 0.03),
     gyrostat.EigenaxisSlew(SATELLITE, 3.0, 5.0, 0.5),
     free_body.EnergyCasimir(BODY, 1.0, 0.2),
     rolling_ball.FarSightedFollower(BALL, 1.0, 0.1),
@@ -125,6 +126,7 @@ IN_BOX = {
     "AsymmetricBalance": (TOPS,),
     "CatchShot": (SPINS, np.concatenate([SHARES[..., None], ATTITUDES], axis=-1)),
     "CircleRegulator": (DISKS, SHARES),
+    "DualSpinTurn": (CARRIERS,),
     "EigenaxisSlew": (CARRIERS, ATTITUDES[::-1]),
     "EnergyCasimir": (SPINS,),
     "ForcedFlip": (SPINS,),
