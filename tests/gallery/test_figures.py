@@ -191,6 +191,16 @@ def test_thrown_rackets_turn_once_and_twist_to_either_side():
         assert abs(racket.position(episode.y[-1])[2]) < 1e-12
 
 
+def test_the_rotor_takes_up_the_momentum_and_the_satellite_turns_over():
+    replay = motion_of("dual_spin")
+    satellite = replay.task.system(replay.episodes[0].parameters)
+    (episode,) = replay.episodes
+    L, spins = satellite.L_body(episode.y), satellite.spin_momenta(episode.y)
+    assert np.abs(L[0, 0]) < 0.1 and L[-20:, 0].min() > 0.9
+    assert spins[[0, -1], 0] == pytest.approx([0.0, 1.0])
+    assert np.linalg.norm(L, axis=-1) == pytest.approx(1.0)
+
+
 def test_what_moves_is_written_as_a_page_too(tmp_path):
     write_figures(tmp_path, [FIGURES["shortest"], FIGURES["potential"]])
     assert (tmp_path / "shortest.html").stat().st_size < 1.5e6
