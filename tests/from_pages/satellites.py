@@ -59,6 +59,18 @@ class Satellite(FreeBody):
         wheels = np.where(there, u / np.where(there, self.wheels, 1.0) - spun, 0.0)
         return np.concatenate([attitudes.quaternion_rate(y[:4], y[4:7]), spun, wheels])
 
+    def draw_state(self, rng):
+        """The carrier, and its wheels."""
+        return np.concatenate([super().draw_state(rng), self.draw_wheels(rng)])
+
+    def draw_omega(self, rng):
+        """At rest."""
+        return np.zeros(3)
+
+    def draw_wheels(self, rng):
+        """Spin momenta uniform in a ball."""
+        return in_ball(rng, self.bias) / self.wheels
+
 
 class WheelReorient(Satellite, Reorient):
     """docs/environments/WheelReorient.md; beside the state: the attitude of the goal."""
@@ -94,12 +106,6 @@ class WheelReorient(Satellite, Reorient):
         gyro = cross(self.momentum(self.y), self.omega) / self.torque
         return [*theta, *carried, *(S * self.shares()), *spare, *np.clip(S * gyro, -10, 10), *close]
 
-    def draw_state(self, rng):
-        """At rest, with spin momenta uniform in a ball."""
-        return np.concatenate(
-            [attitudes.draw(rng), np.zeros(3), in_ball(rng, self.bias) / self.wheels]
-        )
-
 
 class TwoWheels(WheelReorient):
     """docs/environments/TwoWheels.md; beside the state: the attitude of the goal."""
@@ -120,9 +126,9 @@ class TwoWheels(WheelReorient):
         """By half turns."""
         return self.turn_left()[2][:2] * action
 
-    def draw_state(self, rng):
-        """At rest, with wheels at rest."""
-        return np.concatenate([attitudes.draw(rng), np.zeros(6)])
+    def draw_wheels(self, rng):
+        """At rest."""
+        return np.zeros(3)
 
 
 class DualSpin(Satellite):
@@ -130,13 +136,6 @@ class DualSpin(Satellite):
 
     physical = ("I1", "I2", "I3", "J1")
     n_action = 1
-
-    def place(self, **parts):
-        """Nothing is kept beside the state."""
-        super().place(np.zeros(0), **parts)
-
-    def beside(self, aux):
-        return {}
 
     def direction(self):
         """|L|, and n = L / |L| in the carrier."""
@@ -206,11 +205,15 @@ class DualSpin(Satellite):
         """By a half turn."""
         return self.angles()[3] * action
 
-    def draw_state(self, rng):
-        """A flat spin, perturbed; the rotor turns with the carrier."""
+    def draw_omega(self, rng):
+        """A flat spin, perturbed."""
         omega = in_ball(rng, self.start_spread)
         omega[2] += uniform(rng, self.start_rate)
-        return np.concatenate([attitudes.draw(rng), omega, np.zeros(3)])
+        return omega
+
+    def draw_wheels(self, rng):
+        """The rotor turns with the carrier."""
+        return np.zeros(3)
 
 
 class WheelTrack(Satellite):
@@ -328,10 +331,5 @@ class WheelTrack(Satellite):
         """By reflections."""
         return self.signs() * action
 
-    def draw_state(self, rng):
-        """Anywhere, at rest."""
-        bias = in_ball(rng, self.bias) / self.wheels
-        return np.concatenate([attitudes.draw(rng), np.zeros(3), bias])
 
-
-KINDS = (WheelReorient, TwoWheels)
+KINDS = (WheelReorient, TwoWheels, DualSpin, WheelTrack)
