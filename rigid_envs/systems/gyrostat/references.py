@@ -13,6 +13,7 @@ from rigid_envs.scores.policies import Controller, Rows, Script, States, feedbac
 from rigid_envs.scores.references import (
     Decoded,
     Decoder,
+    attitude,
     attitude_of_columns,
     entries,
     goal_attitude,
@@ -189,7 +190,7 @@ def wheel_track(task: WheelTrack) -> Decoder:
 
 def dual_spin(task: DualSpin) -> Decoder:
     """Angular velocity, and the spin momentum by its part of the angular momentum."""
-    satellite = system_of(task)
+    satellite, q = system_of(task), attitude(task, needed=False)
     rates = entries(task, "omega1", "omega2", "omega3")
     direction = entries(task, *(f"L{k} / |L|" for k in "123"))
     part = entries(task, "l / |L|")
@@ -201,7 +202,8 @@ def dual_spin(task: DualSpin) -> Decoder:
         size = np.sum(satellite.carrier_moments * omega * n, axis=-1) / np.sum(n * n, axis=-1)
         wheels = np.zeros_like(omega)
         wheels[:, 0] = size * part(seen) / satellite.J1 - omega[:, 0]
-        return Decoded(satellite, satellite.state(omega_body=omega, wheel_rates=wheels))
+        y = satellite.state(q=q(seen), omega_body=omega, wheel_rates=wheels)
+        return Decoded(satellite, y)
 
     return decode
 
