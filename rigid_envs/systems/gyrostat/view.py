@@ -251,7 +251,6 @@ class WheelTrackView(GyrostatView):
         return (error, *super().readings(moment)[1:])
 
 
-@functools.cache
 def to_side(azimuth: float, side: float) -> Array:
     """Quaternion of the turn of x to the right of a camera, of side 1, or to its left, of -1."""
     return rotations.quaternion_from_axis_angle(_AXES[2], math.radians(azimuth + 90.0 * side))

@@ -387,7 +387,8 @@ class TwoWheels(Slew):
         of the angles about $e1$ and $e2$ turns the carrier by $S$ about $e3$.
 
     Rewards:
-        As in `WheelReorient`.
+        `reached`, and the two terms `angle` and `rate` of the default weight 0, are those of
+        `WheelReorient`.
 
     Starting State:
         At rest, with wheels at rest; the attitudes of satellite and goal are uniform on $SO(3)$ and
