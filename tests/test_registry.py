@@ -93,7 +93,7 @@ def test_a_record_is_what_gymnasium_and_the_task_have(env_id):
 
 def test_families_are_all_ids_in_the_order_of_registration():
     found = families()
-    assert list(found) == ["Free body", "Top", "Ball", "Coin and wheel"]
+    assert list(found) == ["Free body", "Top", "Ball", "Coin and wheel", "Satellite"]
     assert sorted(env_id for ids in found.values() for env_id in ids) == sorted(ENVIRONMENTS)
     assert families([PARK]) == {"Ball": [PARK]}
 

@@ -15,6 +15,7 @@ from rigid_envs.mechanics.integration import Trajectory
 from rigid_envs.mechanics.system import System, lyapunov_exponents, poincare_section
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.gyrostat.system import Gyrostat
 from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_ball.system import RollingBall
@@ -29,6 +30,7 @@ __all__ = [
     "EulerDisk",
     "Event",
     "FreeBody",
+    "Gyrostat",
     "HeavyTop",
     "Roller",
     "RollingBall",

@@ -191,6 +191,9 @@ class StateFormat:
             replace(self._task, **given)  # refuses what is not allowed
         for name, k in where.items():
             require(np.ptp(raw[:, k], axis=1) == 0.0, raw[:, k], name, "equal numbers")
+        fixed = np.setdiff1d(np.arange(raw.shape[1]), np.concatenate(list(where.values())))
+        kept, expected = raw[:, fixed] == ends[fixed, 0], "what the task has there"
+        require(kept, raw[:, fixed], "state['parameters']", f"{expected}: {ends[fixed, 0]}")
 
     def _check_channel(self, channel: Array, begun: Bools) -> None:
         for name, k in CHANNEL._asdict().items():

@@ -124,6 +124,7 @@ def load(name: str) -> Any:
 
 _FAMILIES = {
     **dict.fromkeys(("free_body", "thrown_body"), "Free body"),
+    "gyrostat": "Satellite",
     **dict.fromkeys(("heavy_top", "spheroid"), "Top"),
     **dict.fromkeys(("rolling_ball", "dynamic_ball"), "Ball"),
     **dict.fromkeys(("roller", "upright_coin", "rolling_disk"), "Coin and wheel"),
@@ -369,4 +370,37 @@ _ours(
     early_end={"flight_time": (0.05, 0.15), "turns": 0.05},
     controllers={"shot": "shot", "dead_centre": "dead_centre"},
     conditions="CAUGHT",
+)
+_ours(
+    "gyrostat:WheelReorient",
+    100,
+    "time success return effort",
+    goal=True,
+    controllers={"eigenaxis": "eigenaxis"},
+    conditions="TURNED",
+)
+_ours(
+    "gyrostat:TwoWheels",
+    200,
+    "time success return effort",
+    goal=True,
+    controllers={"three_turns": "three_turns"},
+    conditions="TURNED",
+)
+_ours(
+    "gyrostat:WheelTrack",
+    300,
+    "error success return effort",
+    error=ErrorTerm("close", 20.0, "pointing error [rad]"),
+    controllers={"look_ahead": "look_ahead", "feedforward": "feedforward", "pd": "pd"},
+    conditions="ON_TARGET",
+)
+_ours(
+    "gyrostat:DualSpin",
+    200,
+    "time success return effort",
+    early_end={"rate_tolerance": 0.5},
+    controllers={"ride": "ride"},
+    limits={"time": "DUAL_SPIN_TIME"},
+    conditions="AT_REST",
 )

@@ -137,6 +137,19 @@ def wheels(draw, moments):
 
 
 @st.composite
+def carriers(draw, moments, names):
+    """Moments, wheels that are part of them, and what they hold at the start."""
+    config = draw(moments)
+    least = min(span(value)[0] for value in config.values())
+    wheel, start = draw(st.floats(0.01, 0.99)) * least, draw(st.floats(0.0, 1.0))
+    config |= {name: wheel for name in ("J1", "J2", "J3") if name in names}
+    if "bias" in names:
+        capacity = draw(sized(names["capacity"].low, names["capacity"].high))
+        config |= {"capacity": capacity, "bias": start * capacity}
+    return config
+
+
+@st.composite
 def tippe_tops(draw):
     """Spheres that turn over: 1 - offset / radius < I1 / I3 < 1 + offset / radius."""
     I3, radius, heft = draw(sized(1e-6, 1e5)), draw(st.floats(0.1, 10.0)), draw(st.floats(1.0, 3.0))
@@ -160,6 +173,8 @@ def together(env_id):
     across = "I_perp" if "I_perp" in names else "I1"
     if {"I1", "I3", "offset"} <= set(names):
         parts.append(tippe_tops())
+    elif {"I1", "I2", "I3", "J1"} <= set(names):
+        parts.append(carriers(three_moments(), names))
     elif {"I1", "I2", "I3"} <= set(names):
         parts.append(three_moments())
     elif {across, "I3"} <= set(names):
@@ -172,6 +187,8 @@ def together(env_id):
         high = low.removesuffix("low") + "high"
         if high in names:
             parts.append(ordered(low, high, names[low]))
+    if {"bias", "capacity"} <= set(names):
+        parts.append(ordered("bias", "capacity", names["capacity"]))
     return st.tuples(*parts).map(lambda configs: dict(ChainMap(*configs)))
 
 

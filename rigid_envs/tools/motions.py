@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.scores.policies import from_controller, reference_controllers
+from rigid_envs.systems.gyrostat.figures import THE_SATELLITE, flat_spin
 from rigid_envs.systems.heavy_top import closed_forms as theory
 from rigid_envs.systems.heavy_top.figures import TOP, parameters
 from rigid_envs.systems.spheroid.figures import THE_TOP
@@ -20,6 +21,7 @@ _BODY, _TOP = "RigidEnvs/IntermediateAxis-v0", "RigidEnvs/SleepingTop-v0"
 _BALL, _TABLE = "RigidEnvs/BallPark-v0", "RigidEnvs/BallParkDynamic-v0"
 _COIN, _DISK, _PUMP = "RigidEnvs/CoinPark-v0", "RigidEnvs/DiskRoll-v0", "RigidEnvs/RollPump-v0"
 _TIPPE, _RACKET = "RigidEnvs/TippeTop-v0", "RigidEnvs/RacketCatch-v0"
+_ROTOR = "RigidEnvs/DualSpin-v0"
 
 
 def motion_of(name: str) -> Replay | None:
@@ -139,6 +141,15 @@ def _tippe_top() -> Replay:
     return _played(_TIPPE, starts, _idle(_TIPPE, 30.0))
 
 
+def _dual_spin() -> Replay:
+    """The rotor takes up all of the angular momentum, 1 N m s, in 200 s."""
+    body, y = THE_SATELLITE, flat_spin(THE_SATELLITE)
+    start = {name: y[part] for name, part in body.components.items()}
+    config = {name: getattr(body, name) for name in ("I1", "I2", "I3", "J1")}
+    motor = {"torque": 0.005, "capacity": 1.0, "n_substeps": 12}
+    return _played(_ROTOR, {"spin-up": start}, np.ones((200, 1)), {**config, **motor})
+
+
 _ABOUT = {"about e1": (1.0, 0.1, 0.05), "about e2": (0.03, 1.0, 0.03), "about e3": (0.05, 0.1, 1.0)}
 _FRISBEE = {"I1": 1.0, "I2": 1.0 + 1e-9, "I3": 2.0, "n_substeps": 2}  # the task asks for I1 < I2
 _THROWS = {
@@ -162,6 +173,7 @@ MOTIONS: Mapping[str, Callable[[], Replay]] = {
     "turntable": _turntable,
     "pump": lambda: _controlled(_PUMP),
     "tippe_top": _tippe_top,
+    "dual_spin": _dual_spin,
     "twist": lambda: _bodies(_THROWS, 1.0, _RACKET, {"flight_time": 1.0, "twist_chance": 1.0}),
 }
 """Figures that move, by name; the others show a static law, or a system without an environment."""

@@ -1,9 +1,10 @@
 """Play policies from 20,000 fresh starts, beside the 500 of the evaluation set.
 
-    python -m tests.benchmarks.fresh_starts
+    python -m tests.benchmarks.fresh_starts [ID ...]
 
-For every id the published policy and a reference controller: writes docs/fresh_starts.json, and the
-tables of docs/policies.md and docs/scoring.md from it. Half an hour of one core.
+For every id, or those named, the published policy and a reference controller: writes
+docs/fresh_starts.json, and the tables of docs/policies.md and docs/scoring.md from it. All ids take
+half an hour of one core.
 """
 
 import json
@@ -14,6 +15,7 @@ import numpy as np
 
 from rigid_envs.base.files import lined_json, markdown_table, write_atomic
 from rigid_envs.engine.provenance import provenance
+from rigid_envs.envs.lookup import checked_id
 from rigid_envs.scores.evaluation import evaluate
 from rigid_envs.scores.policies import reference_controllers
 from rigid_envs.scores.starts import N_STARTS
@@ -83,13 +85,14 @@ def page(kind, text, data):
 
 def main():
     """Measure, and write data and pages."""
-    data = {"provenance": provenance(), "seed": _SEED, "starts": [N_STARTS, _N]}
-    for kind, policy in (("policies", load), ("references", reference)):
-        data[kind] = []
-        for env_id in ENVIRONMENTS:
-            data[kind].append(beside(env_id, policy(env_id)))
-            print(kind, env_id, data[kind][-1]["apart"], flush=True)
-    write_atomic(DATA, lined_json(data))
+    data = json.loads(DATA.read_text(encoding="utf-8"))
+    for env_id in [checked_id(name) for name in sys.argv[1:]] or ENVIRONMENTS:
+        for kind, policy in (("policies", load), ("references", reference)):
+            row = beside(env_id, policy(env_id)) | {"provenance": provenance()}
+            rows = {each["env_id"]: each for each in data[kind]} | {env_id: row}
+            data[kind] = [rows[each] for each in ENVIRONMENTS if each in rows]
+            print(kind, env_id, row["apart"], flush=True)
+        write_atomic(DATA, lined_json(data | {"seed": _SEED, "starts": [N_STARTS, _N]}))
     write_pages()
 
 

@@ -12,6 +12,7 @@ from rigid_envs.control.predictive import CrossEntropyChoices, PathIntegral
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.dynamic_ball import controllers as dynamic_ball
 from rigid_envs.systems.free_body import controllers as free_body
+from rigid_envs.systems.gyrostat import controllers as gyrostat
 from rigid_envs.systems.heavy_top import controllers as heavy_top
 from rigid_envs.systems.roller import controllers as roller
 from rigid_envs.systems.rolling_ball import controllers as rolling_ball
@@ -30,8 +31,9 @@ BODY, TOP, BALL, MOVED = (
 )
 MAY_BE_ZERO = {
     *("Pump.dt", "QuarterRolls.reach", "PathIntegral.correlation"),
-    "TippeTopSpin.least_arm",
+    *("DualSpinTurn.run_up", "TippeTopSpin.least_arm"),
 }
+SATELLITE = systems.Gyrostat(1.0, 2.0, 2.5, 0.1, 0.1, 0.1)
 CONTROLLERS = (
     thrown_body.CatchShot(BODY, 20.0, 0.05, 0.1),
     heavy_top.AsymmetricBalance(TOP, 0.3, 0.05, 3.0),
@@ -39,6 +41,8 @@ CONTROLLERS = (
     rolling_disk.CircleRegulator(systems.RollingDisk(), 1.0, 0.05),
     CrossEntropyChoices(8, 5, 3),
     rolling_ball.DampedFollower(BALL, 1.0),
+    gyrostat.DualSpinTurn(SATELLITE, 0.3, 1.0, 0.03),
+    gyrostat.EigenaxisSlew(SATELLITE, 3.0, 5.0, 0.5),
     free_body.EnergyCasimir(BODY, 1.0, 0.2),
     rolling_ball.FarSightedFollower(BALL, 1.0, 0.1),
     free_body.ForcedFlip(BODY, 1.0, 0.5),
@@ -61,6 +65,7 @@ CONTROLLERS = (
     free_body.SpinRegulator(BODY, 1.0, 0.2, 0.05),
     free_body.TimedFlip(BODY, 1.0, 0.5),
     spheroid.TippeTopSpin(systems.Spheroid(), 0.3, 0.05, 4.0, 6.0, 0.2),
+    gyrostat.ThreeTurns(SATELLITE, 3.0, 5.0, 0.5),
     dynamic_ball.TiltTransfer(dynamic_ball.PlateRegulator(MOVED, 0.4, 0.1), 0.1, 0.05, 20),
     upright_coin.TwoRolls(systems.UprightCoin(), 0.3, 0.5),
     heavy_top.UprightBalance(TOP, 0.3, 0.05),
@@ -114,12 +119,15 @@ PLACES, PACES = RNG.uniform(-3.0, 3.0, (*LEAD, 2)), RNG.uniform(-0.5, 0.5, (*LEA
 BALLS = BALL.state(q=ATTITUDES, position=PLACES)
 PLATES = MOVED.state(q=ATTITUDES, position=PLACES, velocity=PACES, tilt=PACES[::-1])
 SPINNING = systems.Spheroid().state(q=ATTITUDES, omega_body=10.0 * SPINS[..., 4:7])
+CARRIERS = SATELLITE.state(q=ATTITUDES, omega_body=SPINS[..., 4:7])
 SHARES = RNG.uniform(0.1, 0.7, LEAD)
 AHEAD = rolling_ball.FarSightedFollower(BALL, 1.0, 0.1).regulator(PACES).gain
 IN_BOX = {
     "AsymmetricBalance": (TOPS,),
     "CatchShot": (SPINS, np.concatenate([SHARES[..., None], ATTITUDES], axis=-1)),
     "CircleRegulator": (DISKS, SHARES),
+    "DualSpinTurn": (CARRIERS,),
+    "EigenaxisSlew": (CARRIERS, ATTITUDES[::-1]),
     "EnergyCasimir": (SPINS,),
     "ForcedFlip": (SPINS,),
     "MinimumFuelSpin": (SPINS,),
@@ -130,6 +138,7 @@ IN_BOX = {
     "SeparatrixSteering": (SPINS,),
     "SingleTorque": (SPINS,),
     "SpinRegulator": (SPINS,),
+    "ThreeTurns": (CARRIERS, ATTITUDES[::-1]),
     "TimedFlip": (SPINS, 9.0 * SHARES),
     "TippeTopSpin": (SPINNING,),
 }

@@ -9,7 +9,7 @@ from matplotlib import rc_context
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from rigid_envs.base.checks import ConfigError, one_named
-from rigid_envs.systems import HeavyTop, RollingDisk, Spheroid, ThrownBody
+from rigid_envs.systems import Gyrostat, HeavyTop, RollingDisk, Spheroid, ThrownBody
 from rigid_envs.tools.gallery import FIGURES, make, write_figures
 from rigid_envs.tools.motions import MOTIONS, motion_of
 from rigid_envs.watch.figures import DPI, STYLE, Match
@@ -63,6 +63,7 @@ OWN = {
     "slipping": {"mu": 0.2, "speed": 2.0, "beta": 0.5},
     "tippe_top": {"top": Spheroid(offset=0.2, mu=0.4), "lean": 0.2, "duration": 30.0},
     "twist": {"racket": ThrownBody(0.001, 0.015, 0.0158, m=0.3), "angles": (90.0, 70.0)},
+    "dual_spin": {"satellite": Gyrostat(1.0, 1.5, 2.2, J1=0.3), "shares": (0.1, 0.4, 0.6, 0.9)},
     "pump": {"beta_change": 0.4, "start": -0.3, "rim": 1.1},
 }
 
@@ -188,6 +189,16 @@ def test_thrown_rackets_turn_once_and_twist_to_either_side():
         psi = np.degrees(np.unwrap(np.arctan2(L[:, 1], L[:, 2])))
         assert psi[-1] - psi[0] == pytest.approx(twist, abs=30.0)
         assert abs(racket.position(episode.y[-1])[2]) < 1e-12
+
+
+def test_the_rotor_takes_up_the_momentum_and_the_satellite_turns_over():
+    replay = motion_of("dual_spin")
+    satellite = replay.task.system(replay.episodes[0].parameters)
+    (episode,) = replay.episodes
+    L, spins = satellite.L_body(episode.y), satellite.spin_momenta(episode.y)
+    assert np.abs(L[0, 0]) < 0.1 and L[-20:, 0].min() > 0.9
+    assert spins[[0, -1], 0] == pytest.approx([0.0, 1.0])
+    assert np.linalg.norm(L, axis=-1) == pytest.approx(1.0)
 
 
 def test_what_moves_is_written_as_a_page_too(tmp_path):

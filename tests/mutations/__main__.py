@@ -45,6 +45,7 @@ SOURCES = {
     "systems/roller/dynamics": Source(("roller",)),
     "systems/spheroid/dynamics": Source(("spheroid",)),
     "systems/thrown_body/dynamics": Source(("thrown_body",)),
+    "systems/gyrostat/dynamics": Source(("gyrostat",)),
     "engine/algebra": Source(
         ("heavy_top", "rolling_ball", "rolling_disk", "free_body"),
         frozenset({"matrix", "matrix_product", "unit_quaternion", "log_rotation", "scaled"}),

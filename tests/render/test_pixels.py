@@ -48,7 +48,8 @@ SHAPES = {
     for name, shape in vars(room).items()
     if hasattr(shape, "cache_info") and shape.__module__ == room.__name__
 }
-OPEN = {"arrow_head", "arrow_shaft", "edge_ring", "goal_cone", "goal_ring"}
+ARGUMENTS = {"wheel": (1,), "bar": (2,), "earth": (0.9,)}
+OPEN = {"arrow_head", "arrow_shaft", "earth", "edge_ring", "goal_cone", "goal_ring"}
 
 
 def signed_volume(mesh):
@@ -86,12 +87,12 @@ def test_solids_are_closed_and_outside_out_with_the_volume_of_the_closed_form(na
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_shapes_are_closed_and_outside_out(name):
-    mesh = SHAPES[name]()
+    mesh = SHAPES[name](*ARGUMENTS.get(name, ()))
     check_normals(mesh)
     assert mesh.vertices.dtype == mesh.normals.dtype == np.float32
     assert mesh.colors.dtype == np.uint8 and mesh.triangles.dtype == np.int32
     assert len(mesh.vertices) <= 3000
-    assert mesh is SHAPES[name](), "made once in a process"
+    assert mesh is SHAPES[name](*ARGUMENTS.get(name, ())), "made once in a process"
     if name not in OPEN:
         assert is_closed(mesh)
         assert signed_volume(mesh) > 0.0

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from rigid_envs import systems
 from rigid_envs.mechanics.bodies import solids as bodies
@@ -18,6 +19,15 @@ from rigid_envs.systems.free_body.tasks import (
     SpinCapture,
 )
 from rigid_envs.systems.free_body.view import sides
+from rigid_envs.systems.gyrostat.tasks import TwoWheels, WheelReorient
+from rigid_envs.systems.gyrostat.view import (
+    DualSpinView,
+    GyrostatView,
+    WheelTrackView,
+    earth,
+    limits,
+    rings,
+)
 from rigid_envs.systems.heavy_top.tasks import PivotTop, SleepingTop, TopPrecession
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
 from rigid_envs.systems.rolling_ball.tasks import BallPark, BallParkGoal, BallSteer
@@ -132,6 +142,7 @@ def flat(frame):
 
 BODIES = {
     "FreeBody": (Reorient(), systems.FreeBody(), "body"),
+    "Gyrostat": (WheelReorient(), systems.Gyrostat(), "body"),
     "HeavyTop": (SleepingTop(), systems.HeavyTop(), "top"),
     "RollingBall": (BallPark(), systems.RollingBall(), "ball"),
     "DynamicBall": (BallPlate(), systems.DynamicBall(), "ball"),
@@ -190,6 +201,8 @@ def test_the_goal_of_a_spin_is_the_arrow_at_which_omega_arrives():
 def test_ghosts_are_where_the_task_wants_the_body():
     goal = dict(zip(("goal_w", "goal_x", "goal_y", "goal_z"), Q.tolist(), strict=True))
     view, moment = at(Reorient(), systems.FreeBody.state(), **goal)
+    assert np.allclose(view.frame(moment).poses["goal"].q, Q)
+    view, moment = at(WheelReorient(), systems.Gyrostat.state(), **goal)
     assert np.allclose(view.frame(moment).poses["goal"].q, Q)
     view, moment = at(BallParkGoal(), systems.RollingBall.state(), **goal, goal_X=1.0)
     pose = view.frame(moment).poses["goal"]
@@ -456,6 +469,163 @@ def test_what_is_said_of_a_thrown_body():
     assert height == "height 1.25 m   upward velocity -0.50 m/s"
     assert omega == "omega (0.00, 6.47, 6.03) rad/s in body axes"
     assert momentum == "|L| 0.15 N m s   twist about e1 45 deg"
+
+
+def filled(shares, task, **aux):
+    """The view of a satellite at rest whose wheels have these shares of their capacity."""
+    J = task.system().wheel_moments
+    rates = np.divide(np.multiply(task.capacity, shares), J, out=np.zeros(3), where=J > 0.0)
+    return at(task, systems.Gyrostat.state(q=Q, wheel_rates=rates), goal_w=1.0, **aux)
+
+
+def test_bars_are_as_long_as_wheels_are_full_and_end_at_the_red_ends():
+    view, moment = filled([1.0, -0.25, 0.0], WheelReorient())
+    poses, drawing = view.poses(moment), Drawing(view, Look())
+    drawing.picture(moment)
+    ends = {}
+    for k in "123":
+        mesh, pose = view.scene.parts[f"bar{k}"].mesh, poses[f"bar{k}"]
+        far = placed(pose, [mesh.vertices[:, 0].max(), 0.0, 0.0])
+        ends[k] = far, drawing.place_of(far)[0] - drawing.place_of(pose.position)[0]
+    right, left = limits().vertices[:, 0].max(), limits().vertices[:, 0].min()
+    assert left == -right
+    bar = np.linalg.norm(ends["1"][0] - poses["bar1"].position)
+    assert right - 0.1 < bar < right
+    assert np.linalg.norm(ends["2"][0] - poses["bar2"].position) == pytest.approx(0.25 * bar)
+    assert ends["1"][1] > 0.3 and ends["2"][1] == pytest.approx(-0.25 * ends["1"][1], rel=0.1)
+    assert abs(ends["3"][1]) < 0.01
+    assert view.readings(moment)[-1] == "wheels at 100 %, -25 %, 0 % of 0.4 N m s"
+
+
+def test_a_wheel_turns_about_its_axis_as_its_motor_turns_it_and_is_seen_on_both_faces():
+    view, moment = filled([0.25, -0.25, 0.0], WheelReorient())
+    poses = view.poses(moment)
+    for k, turn in enumerate((90.0, -90.0, 0.0)):
+        pose, empty = poses[f"wheel{k + 1}"], filled([0.0] * 3, WheelReorient())
+        axis = matrix(Q)[:, k]
+        before = matrix(empty[0].poses(empty[1])[f"wheel{k + 1}"].q)
+        c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+        x, y, z = axis
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        rotation = c * np.eye(3) + s * cross + (1.0 - c) * np.outer(axis, axis)
+        assert np.allclose(matrix(pose.q), rotation @ before)
+        points = view.scene.parts[f"wheel{k + 1}"].mesh.vertices * np.array(pose.scale)
+        half = 0.5 * np.array(view.scale)
+        for side in (1.0, -1.0):
+            assert (side * points[:, k]).max() > half[k]
+        assert np.all(np.abs(np.delete(points, k, axis=1)).max(axis=0) < np.delete(half, k))
+
+
+def test_a_wheel_that_is_not_there_is_not_shown_and_its_motor_does_nothing():
+    view, moment = filled([0.5, 0.5, 0.0], TwoWheels())
+    assert {name for name in view.scene.parts if name[-1] in "123"} == {
+        f"{name}{k}" for name in ("wheel", "bar", "limits") for k in "12"
+    }
+    u = np.array([0.1, 0.2, 0.4, 0.0, 0.0, -0.05])
+    assert np.allclose(view.torque(replace(moment, u=u)), [-0.1, -0.2, -0.05])
+    bare = systems.Gyrostat()
+    alone = GyrostatView(SimpleNamespace(system=lambda _: bare), asdict(bare))
+    still = Moment(bare.state(), np.zeros(6), asdict(bare), dynamics=bare.dynamics)
+    assert set(alone.poses(still)) == {"body", "sphere"} and len(alone.readings(still)) == 1
+
+
+def test_a_satellite_is_a_box_of_its_moments():
+    view, _ = filled([0.0] * 3, WheelReorient(I1=1.1, I2=1.8, I3=2.4))
+    assert np.ptp(np.array(view.scale) / sides((1.1, 1.8, 2.4))) < 1e-12
+
+
+@pytest.mark.parametrize("task", [WheelReorient(), TwoWheels()], ids=["three", "two"])
+def test_satellite_goal_and_bars_are_in_the_picture(task):
+    rng = np.random.default_rng(0)
+    view, moment = filled([0.0] * 3, task)
+    drawing = Drawing(view, Look())
+    for attitude, goal in rng.normal(size=(20, 2, 4)):
+        y = systems.Gyrostat.state(q=attitude / np.linalg.norm(attitude))
+        names = (f"goal_{k}" for k in "wxyz")
+        aux = dict(zip(names, (goal / np.linalg.norm(goal)).tolist(), strict=True))
+        seen = replace(moment, y=y, aux={**moment.aux, **aux})
+        drawing.picture(seen)
+        for name, pose in view.poses(seen).items():
+            for point in view.scene.parts[name].mesh.vertices[::5]:
+                assert np.abs(drawing.place_of(placed(pose, point))).max() < 0.98
+
+
+def test_the_axis_of_a_rotor_that_has_taken_up_L_points_into_a_ring():
+    satellite = systems.Gyrostat(2.0, 2.5, 3.0, J1=0.5)
+    task = {"least_start_rate": 0.4, "largest_start_rate": 0.6, "torque": 0.03}
+    view = DualSpinView(SimpleNamespace(system=lambda _: satellite, **task), asdict(satellite))
+    centres = np.split(rings().vertices, 2)
+    for L1, end in ((1.2, 0), (-1.2, 1)):
+        y = satellite.state(q=Q, wheel_rates=[L1 / 0.5, 0.0, 0.0])
+        moment = Moment(y, np.zeros(6), asdict(satellite), {}, dynamics=satellite.dynamics)
+        poses, tip = view.poses(moment), np.asarray(view.points(moment)["axis"])
+        L = L1 * matrix(Q)[:, 0]
+        middle = [placed(poses["goal"], each.mean(axis=0)) for each in centres]
+        assert np.allclose(middle[0], 1.5 * L / 1.2, atol=1e-2)
+        assert np.allclose(middle[end], tip, atol=1e-2)
+        assert poses["bar1"].scale[0] == pytest.approx(1.0)
+        assert view.readings(moment)[-2:] == (
+            "0.0 deg from L to the rotor   0.000 rad/s",
+            f"rotor has {100 if L1 > 0 else -100} % of L",
+        )
+    spun = satellite.state(q=Q, omega_body=[0.0, 0.0, 0.5], wheel_rates=[0.0, 0.0, 0.0])
+    readings = view.readings(replace(moment, y=spun))
+    assert readings[-2:] == ("90.0 deg from L to the rotor   0.500 rad/s", "rotor has 0 % of L")
+    still = replace(moment, y=satellite.state())
+    assert np.allclose(view.poses(still)["goal"].q, [1.0, 0.0, 0.0, 0.0])
+
+
+def flown(q, phi, beta, errors=(0.0, 0.0)):
+    """The view of a satellite over the Earth, 500 km high, and a moment of its pass."""
+    satellite = systems.Gyrostat(2.0, 2.5, 3.0, J1=1e-4, J2=1e-4, J3=1e-4)
+    task = SimpleNamespace(
+        system=lambda _: satellite, ground=6371.0 / 500.0, overhead_rate=0.0152, capacity=0.03,
+        torque=1e-3, bound=0.05,
+    )  # fmt: skip
+    aux = {f"reference_{name}": x for name, x in zip("wxyz", Q.tolist(), strict=True)}
+    aux |= {"sine": math.sin(phi), "cosine": math.cos(phi)}
+    aux |= {"target_sine": math.sin(beta), "target_cosine": math.cos(beta)}
+    aux |= dict(zip(("error_sum", "n_errors"), errors, strict=True))
+    y = satellite.state(q=q)
+    moment = Moment(y, np.zeros(6), asdict(satellite), aux, dynamics=satellite.dynamics)
+    return WheelTrackView(task, asdict(satellite)), moment
+
+
+@pytest.mark.parametrize(("phi", "beta"), [(-0.1, 0.03), (0.0, 0.0), (0.05, -0.05)])
+def test_the_beam_of_a_camera_that_looks_at_its_target_ends_there(phi, beta):
+    satellite, ground = 6871.0 * np.array([0.0, math.sin(phi), math.cos(phi)]), 6371.0
+    target = ground * np.array([math.sin(beta), 0.0, math.cos(beta)])
+    way = (target - satellite) / np.linalg.norm(target - satellite)
+    turn = Rotation.align_vectors([way], [[0.0, 0.0, 1.0]])[0].as_matrix()
+    frame = Rotation.from_matrix(matrix(Q) @ turn).as_quat(scalar_first=True)
+    view, moment = flown(frame, phi, beta, (0.3, 10.0))
+    poses, points = view.poses(moment), view.points(moment)
+    assert np.allclose(points["target"], 1.5 * way)
+    assert np.allclose(points["axis"], points["target"])
+    assert np.allclose(placed(poses["beam"], [0.0, 0.0, 1.0]), points["target"])
+    assert np.allclose(poses["target"].position, points["target"])
+    assert np.allclose(matrix(poses["target"].q) @ [0.0, 0.0, 1.0], -way)
+    first, *_ = view.readings(moment)
+    assert first == "0.0 deg from the target, mean 1.72 of at most 2.86 deg"
+
+
+def test_a_target_on_the_horizon_is_at_the_rim_of_the_earth():
+    rim = -earth(6371.0 / 6871.0).vertices[:, 2].max()
+    horizon = math.acos(6371.0 / 6871.0)  # as seen from the centre of the Earth
+    for share, nearer in ((0.3, 0.1), (1.0, 0.0), (1.3, 0.01)):
+        view, moment = flown(Q, share * horizon, 0.0)
+        down = matrix(view.poses(moment)["earth"].q) @ [0.0, 0.0, -1.0]
+        assert np.allclose(down, [0.0, -math.sin(share * horizon), -math.cos(share * horizon)])
+        beside = np.asarray(view.points(moment)["target"]) @ down / 1.5 - rim
+        assert beside > nearer if nearer else abs(beside) < 1e-6
+
+
+def test_a_pass_is_seen_in_its_own_axes():
+    view, moment = flown(Q, 0.0, 0.0)
+    assert np.allclose(matrix(view.poses(moment)["body"].q), np.eye(3))
+    moment.y[4:7] = 0.0, 0.01, 0.0
+    _, omega = view.arrows(moment)["omega"]
+    assert np.allclose(np.asarray(omega) / np.linalg.norm(omega), [0.0, 1.0, 0.0])
 
 
 @pytest.mark.parametrize("rate", [5.0, -5.0])

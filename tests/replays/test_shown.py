@@ -133,6 +133,9 @@ def test_curves_show_what_they_are_called():
     (height,) = _path(SimpleNamespace(accessors={"position": lambda y: y[:, 3:]}), y)  # x, y, z
     assert (height.key, height.kind) == ("height", "time")
     assert np.array_equal(height.values, y[:, 5:])
+    wheels, y, _ = drawn("WheelReorient", "wheels")
+    assert (wheels.unit, len(wheels.names)) == ("N m s", 3)
+    assert np.allclose(wheels.values, 0.001 * (y[:, 4:7] + y[:, 7:]), rtol=1e-12)
     units = [drawn(name, "tilt")[0].unit for name in ("Reorient", "BallSteer", "AxisFlip")]
     assert units == ["deg, from the goal", "deg, from the reference", "deg, of e\u2083 from L"]
     tilt, y, body = drawn("AxisFlip", "tilt")
@@ -333,6 +336,28 @@ def test_separatrices_are_polhodes_of_the_middle_moment(free):
     ratio = np.sum((system.moments * omega) ** 2, -1) / np.sum(system.moments * omega**2, -1)
     assert np.allclose(ratio, np.sort(system.moments)[1], rtol=1e-12)
     assert len(points) > 200
+
+
+def test_the_momentum_of_a_satellite_is_compared_with_that_of_its_wheels():
+    change, y, _ = drawn("TwoWheels", "momentum")
+    assert change.title == "|L| change" and np.abs(y[-1, 7:9]).min() > 1.0
+    assert np.abs(change.values).max() < 1e-12
+
+
+def test_the_momentum_of_a_satellite_is_on_the_unit_sphere_where_there_is_one():
+    for name in ("WheelReorient", "TwoWheels"):
+        replay = recorded(f"RigidEnvs/{name}-v0", 5)
+        (episode,) = replay.episodes
+        system = replay.task.system(episode.parameters)
+        panels = insets(system, moments(replay.task, episode, 1), driven=True)
+        if name == "TwoWheels":
+            assert panels == []
+            continue
+        points = np.array([frame.points["L"] for frame in panels[0].frames])
+        L = system.moments * episode.y[:, 4:7] + system.wheel_moments * episode.y[:, 7:]
+        sizes = np.linalg.norm(points, axis=-1, keepdims=True)
+        assert np.all((sizes > 1.002) & (sizes < 1.02))
+        assert np.allclose(points / sizes, L / np.linalg.norm(L, axis=-1, keepdims=True))
 
 
 def test_axis_of_a_top_is_on_the_unit_sphere(spun):

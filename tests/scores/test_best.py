@@ -48,6 +48,10 @@ def test_the_least_cost_of_a_success_is_kept_with_who_found_it():
     assert known.finders == ("a", "b", "b", "a", "") and known.shares == {"a": 2, "b": 2}
 
 
+UNSOLVED = {"RigidEnvs/WheelTrack-v0": [30, 279]}
+"""Starts from which nobody is known to have succeeded; none of other ids."""
+
+
 def test_the_data_are_of_every_id_and_say_where_they_come_from():
     assert {path.name for path in best.FOLDER.iterdir()} == {
         best.file_of(i).name for i in ENVIRONMENTS
@@ -57,7 +61,8 @@ def test_the_data_are_of_every_id_and_say_where_they_come_from():
         assert data["format"] == best.FORMAT and data["env_id"] == env_id
         assert data["evaluation_set"] == {"version": 2, "seed": 314159, "starts": 500}
         assert {"versions", "kernel_hash", "git_commit", "date"} <= data["provenance"].keys()
-        assert known.costs.shape == (500,) and np.isfinite(known.costs).all()
+        assert known.costs.shape == (500,)
+        assert np.flatnonzero(~np.isfinite(known.costs)).tolist() == UNSOLVED.get(env_id, [])
         assert list(known.policies) == [*ENVIRONMENTS[env_id].controllers, "zero", "random"]
 
 
@@ -83,8 +88,9 @@ def test_published_policies_are_among_those_who_search():
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)
 def test_plans_of_the_repository_give_the_costs_that_the_data_say(env_id):
     known, found = best.best_known(env_id), finding.replayed(env_id)
-    assert found.successes.all() and found.actions.shape[1] == 500
-    np.testing.assert_allclose(found.costs, known.costs, rtol=1e-9, atol=1e-12)
+    solved = np.isfinite(known.costs)
+    assert (found.successes == solved).all() and found.actions.shape[1] == 500
+    np.testing.assert_allclose(found.costs[solved], known.costs[solved], rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize("env_id", ENVIRONMENTS)

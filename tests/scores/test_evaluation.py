@@ -98,12 +98,17 @@ def test_the_starts_of_the_set_are_more_even_than_drawn_ones(env_id):
 
 
 def test_from_the_set_a_fixed_reference_costs_what_it_costs_from_all_starts():
-    """Within the standard error of 500 drawn starts, on every id: cost and return."""
+    """Within the standard error of 500 drawn starts, on every id: cost and return.
+
+    For ids that came after the set was chosen its starts are as drawn ones: two standard errors.
+    """
     data = json.loads((DOCS / "fresh_starts.json").read_text(encoding="utf-8"))
     assert [row["env_id"] for row in data["references"]] == list(ENVIRONMENTS)
     assert all(row["fresh"]["starts"] == 20_000 for row in data["references"])
+    later = {"TippeTop", "RacketCatch", "WheelReorient", "TwoWheels", "WheelTrack", "DualSpin"}
     for row in data["references"]:
-        assert max(abs(row["apart"]["cost"]), abs(row["apart"]["return"])) <= 1.0, row["env_id"]
+        most = 2.0 if row["env_id"].split("/")[1].removesuffix("-v0") in later else 1.0
+        assert max(abs(row["apart"]["cost"]), abs(row["apart"]["return"])) <= most, row["env_id"]
 
 
 def test_an_evaluation_repeats_and_fewer_starts_are_the_first_of_more():

@@ -20,7 +20,8 @@ EGG = systems.Spheroid(
     **{"g": 2.5, "mu": 0.0, "slip_speed": 1.5},
 )
 THROWN = systems.ThrownBody(1.1, 1.7, 2.3, m=0.8, g=2.5)
-SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, EULER, COIN, ROLLER, EGG, THROWN)
+SATELLITE = systems.Gyrostat(1.1, 1.7, 2.3, J1=0.1, J2=0.25, J3=0.2)
+SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, EULER, COIN, ROLLER, EGG, THROWN, SATELLITE)
 ANGLES = {"alpha_x", "alpha_y", "s"}
 """Entries of states whose sines are taken: of those beyond 1e6 rad a sine has no digit."""
 TURNING = tuple(system for system in SYSTEMS if "q" in system.components)

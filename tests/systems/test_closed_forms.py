@@ -12,6 +12,7 @@ from dataclasses import fields, is_dataclass
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from rigid_envs.systems import modules_of_all
 from tests.refusals import NO_NUMBERS, refusal, refuses
@@ -20,15 +21,19 @@ MASS, LENGTH, TIME = range(3)
 # of each parameter: exponents of mass, length and time, and an ordinary value
 PARAMETERS = {
     "amplitudes": ((0, 1, 0), [0.1, 0.2]),
+    "axial_moments": ((1, 2, 0), [3.0, 4.0]),
+    "axial_rates": ((0, 0, -1), [0.5, 6.0]),
     "beta": ((0, 0, 0), 0.4),
     "c1": ((0, 0, -1), 0.3),
     "c2": ((0, 0, -1), 0.5),
+    "carrier": ((1, 2, 0), 1.2),
     "circle_radius": ((0, 1, 0), 0.7),
     "contact_radius": ((0, 1, 0), 0.8),
     "curvature": ((0, -1, 0), 0.2),
     "displacement": ((0, 1, 0), [0.4, 0.3]),
     "drag": ((0, -1, 1), 0.2),
     "displacements": ((0, 1, 0), [[0.4, 0.3], [0.1, -0.6]]),
+    "drags": ((1, 2, -1), [0.02, 0.01]),
     "frequencies": ((0, 0, -1), [1.3, 0.7]),
     "g": ((0, 1, -2), 9.8),
     "half_height": ((0, 1, 0), 0.4),
@@ -38,6 +43,7 @@ PARAMETERS = {
     "i3": ((1, 2, 0), 0.9),
     "i_perp": ((1, 2, 0), 1.3),
     "loss": ((1, 2, -2), 0.1),  # of the power 1
+    "losses": ((1, 2, -2), [0.2, 0.1]),
     "m": ((1, 0, 0), 1.1),
     "mgl": ((1, 2, -2), 2.1),
     "moments": ((1, 2, 0), [1.0, 2.0, 2.5]),
@@ -67,8 +73,11 @@ PARAMETERS = {
     "s0": ((0, 1, 0), 0.2),
     "slip_speed": ((0, 1, -1), 0.2),
     "slope": ((0, 0, 0), 0.3),
+    "slugs": ((1, 2, 0), [0.05, 0.02]),
     "speed": ((0, 1, -1), 0.5),
     "spin": ((0, 0, -1), 0.4),
+    "spin_momenta": ((1, 2, -1), [0.3, -0.2, 0.1]),
+    "spin_momentum": ((1, 2, -1), 0.2),
     "spin_per_rate": ((0, 0, 0), 0.1),
     "steering_rate": ((0, 0, -1), 0.6),
     "t": ((0, 0, 1), [0.0, 0.3, 1.7]),
@@ -76,7 +85,11 @@ PARAMETERS = {
     "theta0": ((0, 0, 0), 1.4),
     "theta_rate": ((0, 0, -1), 0.1),
     "tilt": ((0, 0, 0), 0.1),
+    "torque": ((1, 2, -2), 0.3),
     "torques": ((1, 2, -2), [0.1, 0.2]),
+    "turn1": ((0, 0, 0), 0.4),
+    "turn2": ((0, 0, 0), -0.7),
+    "turned": ((0, 0, 0), [0.4, -0.3, 0.2]),
     "turns": ((0, 0, 0), 1.3),
     "turntable_rate": ((0, 0, -1), 0.9),
     "twist": ((0, 0, 0), 0.2),
@@ -84,6 +97,9 @@ PARAMETERS = {
     "velocity": ((0, 1, -1), [1.0, 0.3]),
     "velocity0": ((0, 1, -1), [2.0, -1.0, 6.0]),
     "viscosity": ((1, -1, -1), 0.01),
+    "wheel_rate": ((0, 0, -1), 3.0),
+    "wheel_rate0": ((0, 0, -1), -2.0),
+    "wheels": ((1, 2, 0), [0.0, 0.0, 0.3]),
 }
 # where the value above is outside the range of a function
 OTHERS = {
@@ -91,6 +107,8 @@ OTHERS = {
     "free_body.chandler_turns": {"i_perp": 0.8},
     "free_body.symmetric_cones": {"moments": [1.0, 1.0, 1.5]},
     "free_body.symmetric_rates": {"moments": [1.0, 1.0, 1.5]},
+    "gyrostat.carrier_rates": {"wheels": [0.1, 0.2, 0.3]},
+    "gyrostat.wheel_turns": {"wheels": [0.1, 0.2, 0.3]},
     "heavy_top.homoclinic_tilt": {"omega3": 2.0},
     "roller.roll_wheel": {"omega": 2.0},
     "rolling_ball.roll_segments": {"segments": [[1.0, 0.0, 0.1, 2.0]]},
@@ -181,7 +199,7 @@ def test_units_change_exponents_alone(name):
 def test_times_and_angles_of_any_shape_are_taken(key):
     for name in WITH_UNITS:
         parameter = inspect.signature(form_of(name)).parameters.get(key)
-        if parameter is None or parameter.annotation != "ArrayLike":
+        if parameter is None or parameter.annotation is not ArrayLike:
             continue
         values = np.linspace(0.2, 1.2, 6)
         one, rows = (
@@ -200,15 +218,17 @@ def test_times_and_angles_of_any_shape_are_taken(key):
 WRONG = {
     **dict.fromkeys(
         (
-            *("circle_radius", "half_height", "i3", "i_perp", "loss", "m", "mgl", "moments"),
-            *("momentum", "radius", "viscosity"),
+            *("axial_moments", "carrier", "circle_radius", "half_height", "i3", "i_perp", "loss"),
+            *("m", "mgl", "moments", "momentum", "radius", "torque", "viscosity"),
         ),
         (0.0, -1.0),
     ),
     **dict.fromkeys(("beta", "g", "height", "mu", "power", "turns"), (-1.0,)),
     **dict.fromkeys(("drag", "slip_speed"), (0.0, -1.0)),
+    **dict.fromkeys(("drags", "losses", "slugs"), (-1.0,)),
     "curvature": (0.0,),
     "theta0": (0.0, 4.0),
+    "wheels": (-1.0, 2.5),
 }
 
 
@@ -232,7 +252,7 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name):
         if key == "precession":  # which may be NaN, where there is none
             continue
         bad = [*spoiled(key, value)]
-        bad += [[], np.ones(2)] if parameters[key].annotation == "float" else []
+        bad += [[], np.ones(2)] if parameters[key].annotation is float else []
         for wrong in bad:
             text = refusal(form_of(name), **{**arguments, key: wrong})
             assert re.match(rf"{key}\b", text), text
@@ -272,6 +292,24 @@ def test_what_is_no_number_or_no_size_is_refused_by_name(name):
         ("free_body.symmetric_cones", {"moments": [1.0, 2.0, 3.0]}, "two equal"),
         ("free_body.chandler_period", {"i_perp": 1.0, "i3": 1.0}, r"^i3 = 1.0; expected above"),
         ("free_body.chandler_period", {"omega3": 0.0}, r"^omega3 = 0.0; expected"),
+        ("gyrostat.volterra", {"wheels": np.zeros(3)}, "^wheels = .*; expected one positive"),
+        ("gyrostat.volterra", {"wheels": [0.1, 0.0, 0.1]}, "^wheels = .*; expected one positive"),
+        ("gyrostat.omega", {"omega0": [0.0, 0.0, 1e308]}, "^omega0 = .*; expected an angular"),
+        *(
+            (
+                "gyrostat.attitude",
+                dict(moments=moments, wheels=[0.0, 0.0, 0.5], omega0=rates, wheel_rate0=s),
+                r"^omega0 = \[.*\]; expected a motion off the separatrix",
+            )
+            for moments, rates, s in (
+                ([1.0, 3.0, 3.0], [0.3, 0.3, 0.2], -0.2),
+                ([3.0, 1.5, 1.0], [-0.5, 0.5, 0.0], -3.0),
+            )
+        ),
+        ("gyrostat.energy_sink", {"axial_rates": [0.0, 0.0]}, "^axial_rates.* = 0.0; expected"),
+        ("gyrostat.damped_nutation", {"axial_rates": [-4.0, 3.0]}, "^axial_rates = .*; expected"),
+        ("gyrostat.carrier_rates", {"wheels": [0.1, 0.2, 0.0]}, r"^spin_momenta\[2\] = 0.1; exp"),
+        ("gyrostat.wheel_turns", {"wheels": [0.1, 0.2, 0.0]}, r"^turned\[2\] = 0.2; expected 0"),
         ("heavy_top.homoclinic_tilt", dict(i_perp=1.0, i3=0.5, mgl=1.0, omega3=4.0), "below the"),
         ("heavy_top.fast_top", {"omega3": 0.0}, r"^omega3\[?.*\]? = 0.0; expected a spin"),
         ("heavy_top.tilt", {"omega0": [0.0, 1e100, 0.0]}, "^omega0 = .*; expected rates, moments"),

@@ -9,6 +9,7 @@ import pytest
 from rigid_envs.mechanics import bodies, rotations
 from rigid_envs.systems.dynamic_ball.system import DynamicBall
 from rigid_envs.systems.free_body.system import FreeBody
+from rigid_envs.systems.gyrostat.system import Gyrostat
 from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_disk.system import EulerDisk, RollingDisk
@@ -22,6 +23,7 @@ REST = examples.BODY.state()
 FROM_ZERO = {
     *((UprightCoin, "I3"), (Roller, "beta"), (HeavyTop, "g"), (HeavyTop, "ell")),
     *((kind, "mu") for kind in (DynamicBall, RollingDisk, Roller, Spheroid, UprightCoin)),
+    *((Gyrostat, name) for name in ("J1", "J2", "J3")),
     *((EulerDisk, "mu"), (EulerDisk, "contour"), (EulerDisk, "drag"), (Spheroid, "drag")),
 }
 ANY_SIGN = {

@@ -229,7 +229,7 @@ class FreeBodyView(views.View):
     def arrows(self, moment: Moment) -> views.Arrows:
         """Both from the middle; the input stands out of the body."""
         read, centre = self.system.accessors, (0.0, 0.0, 0.0)
-        torque = rotations.rotate(read["q"](moment.y), moment.u[:3])  # then comes a force
+        torque = rotations.rotate(read["q"](moment.y), self.torque(moment))
         push = views.scaled(torque, 1.2 / self.strongest, LONGEST)
         outside = OUTSIDE * push / max(float(np.linalg.norm(push)), 1e-12)
         return {
@@ -240,6 +240,10 @@ class FreeBodyView(views.View):
             ),
             "input": (outside, push),
         }
+
+    def torque(self, moment: Moment) -> Array:
+        """Torque on the body in body axes [N m], shape (3,)."""
+        return moment.u[:3]  # then comes a force
 
     def points(self, moment: Moment) -> dict[str, npt.ArrayLike]:
         """Tip of the axis."""

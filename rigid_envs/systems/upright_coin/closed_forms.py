@@ -84,11 +84,10 @@ def roll_coin(
     Source: Bloch, sec. 1.4.
     """
     checks.positive(radius, "radius")
-    checks.all_finite(phi=phi, psi=psi)
+    checks.all_finite(phi_rate=phi_rate, psi_rate=psi_rate, phi=phi, psi=psi)
     times, start = checks.array(t, "t"), complex(*checks.exact_array(place, "place", 2))
-    steering, rolling = checks.array(phi_rate, "phi_rate"), checks.array(psi_rate, "psi_rate")
-    z = start - radius * rolling * times * np.exp(1j * phi) * phi1(steering * times)
-    return _coin(z, phi + steering * times, psi + rolling * times)
+    z = start - radius * psi_rate * times * np.exp(1j * phi) * phi1(phi_rate * times)
+    return _coin(z, phi + phi_rate * times, psi + psi_rate * times)
 
 
 def drive_coin(

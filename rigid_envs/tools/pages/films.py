@@ -48,7 +48,7 @@ _LONGEST = 7.0  # [s] of film before its end, which stays for a second
 _LIMIT = 2**20  # bytes of the data
 _SOURCES = ("watch/[!f]*.py", "watch/films.py", "systems/*/view.py", "tools/pages/films.py")
 _ENTRY = {"file": str, "sha256": str, "sources": str, "shows": list, "seeds": list}
-_SPEEDS = (0.25, 0.5, 1.0, 2.0, 3.0, 4.0)  # times real time
+_SPEEDS = (0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 8.0, 16.0, 32.0)  # times real time
 
 
 class Shot(NamedTuple):
@@ -100,6 +100,10 @@ _SHOTS = {
     "DiskRollRandom": Shot(_THREE[:2], (6, 7), 14.0, _still(4.6, 0.5, 22.0)),
     "RacketCatch": Shot(("zero", *_THREE[:2]), (3, 3, 1), camera={"distance": 3.7}),
     "TippeTop": Shot(_FREE, (0, 0), 21.0, _still(-0.5, 1.6, 11.0)),
+    "WheelReorient": Shot(_THREE[:2], (0, 2), 43.0, {"distance": 8.8}),
+    "TwoWheels": Shot(_THREE[:2], (1, 3), 55.0, {"distance": 8.8}),
+    "DualSpin": Shot(_FREE, (0, 0), 56.0, {"distance": 8.8}),
+    "WheelTrack": Shot(("pd", "reference"), (0, 0), 224.0, {"distance": 8.8}),
 }
 """Films of our own ids, by name without version; others show the reference from the first start."""
 

@@ -80,7 +80,7 @@ def motion_curves(system: System, y: Array, u: Array, driven: bool) -> list[Curv
         u: Inputs, shape (n, n_input), or (n - 1, n_input), of the steps between.
         driven: As of `curves`.
     """
-    found = [*_motion(system, y, u), *_attitude(system, y), *_path(system, y)]
+    found = [*_motion(system, y, u), *_attitude(system, y), *_path(system, y), *_wheels(system, y)]
     word = "error" if system.conserves and not driven else "change"
     return [*found, *_errors(system, y, word)]
 
@@ -93,7 +93,8 @@ def is_driven(episode: PastEpisode) -> bool:
 def conservation_errors(system: System, y: npt.ArrayLike) -> dict[str, Array]:
     """Deviations of what is conserved without input from its value at the start.
 
-    Each is divided by the largest size of the quantity: ``(E - E[0]) / max |E|``.
+    Each is divided by the largest size of the quantity: ``(E - E[0]) / max |E|``. That of L counts
+    what each wheel has, for together they may have none.
 
     Args:
         system: The system.
@@ -110,10 +111,11 @@ def conservation_errors(system: System, y: npt.ArrayLike) -> dict[str, Array]:
         found["L"] = np.sqrt(found["L"])
     if not symmetric:
         found.pop("L_spin", None)
-    return {
-        name: (value - value[0]) / max(float(np.max(np.abs(value))), 1e-300)
-        for name, value in found.items()
-    }
+    sizes = {name: float(np.max(np.abs(value))) for name, value in found.items()}
+    if "L" in found and "spin_momenta" in system.accessors:
+        spins = system.accessors["spin_momenta"](y)
+        sizes["L"] = max(sizes["L"], float(np.max(np.abs(spins))))
+    return {name: (x - x[0]) / max(sizes[name], 1e-300) for name, x in found.items()}
 
 
 _CONSERVED = {
@@ -170,6 +172,15 @@ def _path(system: System, y: Array) -> list[Curve]:
             title = {"pivot": "Path of the pivot"}.get(name, "Path on the plane")
             return [Curve("plan", f"{title}, from above", "m", ("x", "y"), path, "plan")]
     return []
+
+
+def _wheels(system: System, y: Array) -> list[Curve]:
+    """Spin momenta of wheels, where there are some."""
+    named = system.accessors
+    if "spin_momenta" not in named:
+        return []
+    names = ("l\u2081", "l\u2082", "l\u2083")
+    return [Curve("wheels", "Spin of the wheels", "N m s", names, named["spin_momenta"](y))]
 
 
 def _from_goal(task: Task, episode: PastEpisode) -> Curve | None:

@@ -183,7 +183,7 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
 
 
 @scalar
-def judge(achieved: Goal, desired: Goal, c: Constants) -> tuple[Terms, bool]:
+def judge(achieved: Goal, desired: Goal, c: Any) -> tuple[Terms, bool]:
     """Off the goal, angle and rate; reached within both tolerances.
 
     The angle within tolerance is that of tr(R^T R') = 1 + 2 cos, the term that of |R - R'| =

@@ -194,7 +194,7 @@ def _pose(q: Quaternion, omega: Vector) -> Row:
 
 
 @scalar
-def both_poses(y: State, aux: Any) -> tuple[Row, Row]:
+def both_poses(y: Any, aux: Any) -> tuple[Row, Row]:
     """Achieved goal of the body, and desired goal, which is at rest."""
     achieved = _pose(attitude(y), (y.omega1, y.omega2, y.omega3))
     return achieved, _pose((aux.goal_w, aux.goal_x, aux.goal_y, aux.goal_z), _REST)

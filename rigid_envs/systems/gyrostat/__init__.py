@@ -1,0 +1,1 @@
+"""Gyrostat: a satellite with reaction wheels."""
