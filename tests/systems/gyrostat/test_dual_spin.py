@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rigid_envs.scores.references import reference
-from rigid_envs.systems.gyrostat import references as references
+from rigid_envs.systems.gyrostat import references
 from rigid_envs.systems.gyrostat.controllers import DualSpinTurn
 from rigid_envs.systems.gyrostat.system import Gyrostat
 from rigid_envs.testing.environments import fresh, vector
