@@ -103,7 +103,7 @@ _SHOTS = {
     "WheelReorient": Shot(_THREE[:2], (0, 2), 43.0, {"distance": 8.8}),
     "TwoWheels": Shot(_THREE[:2], (1, 3), 55.0, {"distance": 8.8}),
     "DualSpin": Shot(_FREE, (0, 0), 56.0, {"distance": 8.8}),
-    "WheelTrack": Shot(("pd", "reference"), (0, 0), 224.0, {"distance": 8.8}),
+    "WheelTrack": Shot(_FREE, (0, 0), 224.0, {"distance": 8.8}),
 }
 """Films of our own ids, by name without version; others show the reference from the first start."""
 

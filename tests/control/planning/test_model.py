@@ -35,7 +35,7 @@ IDS = [env_id for env_id in ENVIRONMENTS if recipe_of(env_id)]
 ONE_EACH = {conditions_of(task_of(env_id)): env_id for env_id in IDS}.values()
 OTHERS = [pytest.param(i, marks=pytest.mark.long) for i in IDS if i not in ONE_EACH]
 SEED = 7
-SUFFICIENT = "RigidEnvs/BallSteer-v0"  # it asks for a mean
+SUFFICIENT = ("RigidEnvs/BallSteer-v0", "RigidEnvs/WheelTrack-v0")  # they ask for a mean
 
 
 def model_of(env_id, n, n_steps, counts="cost"):
@@ -87,7 +87,7 @@ def test_errors_of_what_is_followed_are_those_that_the_environment_pays_for(env_
         assert scale * motion.costs[row] == pytest.approx(np.sqrt(np.mean(errors**2)))
 
 
-@pytest.mark.parametrize("env_id", [i for i in (*ONE_EACH, *OTHERS) if i != SUFFICIENT])
+@pytest.mark.parametrize("env_id", [i for i in (*ONE_EACH, *OTHERS) if i not in SUFFICIENT])
 def test_the_errors_say_what_success_is(env_id):
     record = gym.spec(env_id)
     n, T = 6, record.max_episode_steps
@@ -125,7 +125,7 @@ def test_the_errors_say_what_success_is(env_id):
             np.testing.assert_array_equal(won[-1], held > T - model.first)  # so many steps
     # the first step to succeed again, each component by itself moved until none does any more
     t, row = np.argwhere(won)[0]
-    away = np.kron(np.geomspace(1e-3, 1.0, 50)[:, None], np.eye(core.y.shape[1])[model.index])
+    away = np.kron(np.geomspace(1e-3, 0.5, 50)[:, None], np.eye(core.y.shape[1])[model.index])
     state = {key: part[[row]].repeat(len(away), axis=0) for key, part in before[t].items()}
     moved = Model(model.task, state | {"y": state["y"] + away}, 1)
     motion = moved.roll(motion.actions[[t]][:, [row]].repeat(len(away), axis=1))
