@@ -201,13 +201,13 @@ class WheelTrackView(GyrostatView):
         """Also the beam of the camera, the target and the Earth."""
         return super().parts() | {
             "earth": views.ghost(earth(self.task.ground / (self.task.ground + 1.0)), 0.3),
-            "target": views.ghost(meshes.goal_disk(), 0.9),
-            "beam": views.ghost(beam(), 0.5),
+            "target": views.ghost(meshes.goal_disk(), 1.0),
+            "beam": views.ghost(beam(), 1.0),
         }
 
     def traces(self) -> dict[str, views.Trace]:
         """Also the path of the target."""
-        return super().traces() | {"target": views.Trace(meshes.GREEN, 0.025, length=250)}
+        return super().traces() | {"target": views.Trace(meshes.GREEN, 0.025, length=120)}
 
     def poses(self, moment: Moment) -> dict[str, views.Pose]:
         """The Earth turns as the satellite flies."""
@@ -317,8 +317,8 @@ def _panels() -> list[meshes.Mesh]:
 @functools.cache
 def wheel(k: int) -> meshes.Mesh:
     """Wheel of radius 1 and height 1 about an axis, dark, with a rim and a mark of its colour."""
-    rim = meshes.cylinder(1.0, 1.0, _COLORS[k], 32)
-    core = meshes.cylinder(0.82, 1.01, meshes.DARK, 32)
+    rim = meshes.cylinder(1.0, 1.0, _COLORS[k], 24)
+    core = meshes.cylinder(0.82, 1.01, meshes.DARK, 24)
     mark = meshes.moved(meshes.box((0.8, 0.2, 1.02), [_COLORS[k]]), (0.45, 0.0, 0.0))
     return meshes.moved(meshes.join(rim, core, mark), rotation=(TO_X, TO_Y, _AXES)[k])
 
@@ -358,5 +358,5 @@ def earth(sine: float) -> meshes.Mesh:
     Args:
         sine: of the angle from its middle to its rim.
     """
-    angle = np.linspace(math.asin(sine), 0.0, 9)
-    return meshes.lathe(np.stack([np.sin(angle), -np.cos(angle)], axis=-1), meshes.SKY)
+    angle = np.linspace(math.asin(sine), 0.0, 6)
+    return meshes.lathe(np.stack([np.sin(angle), -np.cos(angle)], axis=-1), meshes.SKY, 32)
