@@ -58,6 +58,19 @@ def compose(p: Quaternion, q: Quaternion) -> Quaternion:
 
 
 @scalar
+def turning(q: Quaternion, omega: Vector) -> Quaternion:
+    """Rate of change q' = q (0, omega) / 2, with omega in body axes."""
+    w, x, y, z = q
+    w1, w2, w3 = omega
+    return (
+        -0.5 * (x * w1 + y * w2 + z * w3),
+        0.5 * (w * w1 + y * w3 - z * w2),
+        0.5 * (w * w2 + z * w1 - x * w3),
+        0.5 * (w * w3 + x * w2 - y * w1),
+    )
+
+
+@scalar
 def normalize(q: Quaternion) -> Quaternion:
     """Unit quaternion along q."""
     w, x, y, z = q

@@ -76,7 +76,7 @@ Quaternions = Iterable[Array]
 Pairs = Iterable[tuple[str, str]]
 """Names of the components of horizontal vectors."""
 
-_PREFIXES = ("", "goal_", "reference_")
+_PREFIXES = ("", "goal_", "reference_", "pass_")
 
 
 def turned(row: Any, pairs: Pairs, angle: Array) -> Any:

@@ -138,15 +138,10 @@ def wheels(draw, moments):
 
 @st.composite
 def carriers(draw, moments, names):
-    """Moments, wheels that are part of them, and what they hold at the start."""
+    """Moments, and wheels that are part of them."""
     config = draw(moments)
-    least = min(span(value)[0] for value in config.values())
-    wheel, start = draw(st.floats(0.01, 0.99)) * least, draw(st.floats(0.0, 1.0))
-    config |= {name: wheel for name in ("J1", "J2", "J3") if name in names}
-    if "bias" in names:
-        capacity = draw(sized(names["capacity"].low, names["capacity"].high))
-        config |= {"capacity": capacity, "bias": start * capacity}
-    return config
+    wheel = draw(st.floats(0.01, 0.99)) * min(span(value)[0] for value in config.values())
+    return config | {name: wheel for name in ("J1", "J2", "J3") if name in names}
 
 
 @st.composite

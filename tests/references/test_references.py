@@ -76,7 +76,7 @@ def read(name, states, shown):
         goal = states.auxiliary("goal_w", "goal_x", "goal_y", "goal_z")
         found["q"] = rotations.multiply(rotations.conjugate(goal), found["q"])
     if name == "WheelTrack":  # the attitude relative to the axes of the pass
-        frame = states.auxiliary(*(f"reference_{k}" for k in "wxyz"))
+        frame = states.auxiliary(*(f"pass_{k}" for k in "wxyz"))
         found["q"] = rotations.multiply(rotations.conjugate(frame), found["q"])
     if "q" in found:
         found["q"] = rotations.matrix_from_quaternion(found["q"]).reshape(-1, 9)

@@ -582,7 +582,7 @@ def flown(q, phi, beta, errors=(0.0, 0.0)):
         system=lambda _: satellite, ground=6371.0 / 500.0, overhead_rate=0.0152, capacity=0.03,
         torque=1e-3, bound=0.05,
     )  # fmt: skip
-    aux = {f"reference_{name}": x for name, x in zip("wxyz", Q.tolist(), strict=True)}
+    aux = {f"pass_{name}": x for name, x in zip("wxyz", Q.tolist(), strict=True)}
     aux |= {"sine": math.sin(phi), "cosine": math.cos(phi)}
     aux |= {"target_sine": math.sin(beta), "target_cosine": math.cos(beta)}
     aux |= dict(zip(("error_sum", "n_errors"), errors, strict=True))

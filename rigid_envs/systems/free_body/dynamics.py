@@ -16,6 +16,7 @@ from rigid_envs.engine.algebra import (
     normalize,
     rotate,
     tangent,
+    turning,
 )
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.dynamics import Dynamics
@@ -91,13 +92,9 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
 
     Landau & Lifshitz, *Mechanics*, section 36.
     """
-    w, x, y_, z = attitude(y)
     w1, w2, w3 = y.omega1, y.omega2, y.omega3
     return State(
-        -0.5 * (x * w1 + y_ * w2 + z * w3),
-        0.5 * (w * w1 + y_ * w3 - z * w2),
-        0.5 * (w * w2 + z * w1 - x * w3),
-        0.5 * (w * w3 + x * w2 - y_ * w1),
+        *turning(attitude(y), (w1, w2, w3)),
         ((p.I2 - p.I3) * w2 * w3 + u.tau1) / p.I1,
         ((p.I3 - p.I1) * w3 * w1 + u.tau2) / p.I2,
         ((p.I1 - p.I2) * w1 * w2 + u.tau3) / p.I3,

@@ -17,6 +17,7 @@ from rigid_envs.engine.algebra import (
     rotate,
     scaled,
     tangent,
+    turning,
 )
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.dynamics import Dynamics
@@ -114,7 +115,7 @@ def _or_one(J: float) -> float:
 
 @scalar
 def spin_momenta(y: State, p: Parameters) -> Vector:
-    """L = J (omega + wheel) [N m s]: angular momenta of the wheels along their axes, in space."""
+    """Spin momenta l = J (omega + wheel) [N m s] of the wheels along their axes, in space."""
     return (
         p.J1 * (y.omega1 + y.wheel1),
         p.J2 * (y.omega2 + y.wheel2),
@@ -135,7 +136,6 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
 
     Hughes, *Spacecraft Attitude Dynamics*, sections 3.4 and 6.1.
     """
-    w, x, y_, z = attitude(y)
     w1, w2, w3 = y.omega1, y.omega2, y.omega3
     L1, L2, L3 = momentum(y, p)
     u1, u2, u3 = p.has1 * u.u1, p.has2 * u.u2, p.has3 * u.u3
@@ -143,10 +143,7 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
     a2 = (L3 * w1 - L1 * w3 + u.tau2 - u2) * p.per_A2
     a3 = (L1 * w2 - L2 * w1 + u.tau3 - u3) * p.per_A3
     return State(
-        -0.5 * (x * w1 + y_ * w2 + z * w3),
-        0.5 * (w * w1 + y_ * w3 - z * w2),
-        0.5 * (w * w2 + z * w1 - x * w3),
-        0.5 * (w * w3 + x * w2 - y_ * w1),
+        *turning(attitude(y), (w1, w2, w3)),
         a1,
         a2,
         a3,

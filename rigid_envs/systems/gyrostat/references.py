@@ -74,7 +74,7 @@ def three_turns(task: TwoWheels) -> Controller:
     return feedback(law, *task.aux_names)
 
 
-_FRAME = tuple(f"reference_{name}" for name in "wxyz")  # axes of the pass
+_FRAME = tuple(f"pass_{name}" for name in "wxyz")  # axes of the pass
 _PLACE = ("sine", "cosine", "target_sine", "target_cosine")
 _AHEAD = 300  # steps that are planned
 

@@ -25,7 +25,7 @@ def _mirror(point: symmetry.Point, sign: Array) -> symmetry.Point:
     # the axis that they reverse, times -1
     zero, turns = np.zeros_like(sign), np.where(sign < 0.0, 1.0, 0.0)
     D = [1.0 - turns, turns, zero, zero]
-    w, x, y, z = frame = symmetry.attitude(point.aux, "reference_")
+    w, x, y, z = frame = symmetry.attitude(point.aux, "pass_")
     S = symmetry.product(symmetry.product(frame, D), (w, -x, -y, -z))
 
     def change(row: Any) -> Any:

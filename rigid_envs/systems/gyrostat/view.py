@@ -12,6 +12,7 @@ import numpy.typing as npt
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.free_body.view import SPHERE, TO_X, TO_Y, FreeBodyView, ReorientView, sides
+from rigid_envs.systems.gyrostat.pointing import FlyOver
 from rigid_envs.tasks.core import Moment
 from rigid_envs.watch import meshes, views
 
@@ -229,16 +230,15 @@ class WheelTrackView(GyrostatView):
     def seen(self, moment: Moment) -> Moment:
         """The moment in the axes of the pass."""
         y, part = moment.y.copy(), self.system.components["q"]
-        frame = np.array([moment.aux[f"reference_{name}"] for name in "wxyz"])
+        frame = np.array([moment.aux[f"pass_{name}"] for name in "wxyz"])
         y[part] = rotations.multiply(rotations.conjugate(frame), y[part])
         return replace(moment, y=y)
 
     def sight(self, moment: Moment) -> Array:
         """Direction of the target in the axes of the pass, shape (3,)."""
-        aux, ground = moment.aux, float(self.task.ground)
-        target = ground * np.array([aux["target_sine"], 0.0, aux["target_cosine"]])
-        way = target - (ground + 1.0) * np.array([0.0, aux["sine"], aux["cosine"]])
-        return np.asarray(way / np.linalg.norm(way))
+        aux, path = moment.aux, FlyOver(self.task.overhead_rate, 1.0 / self.task.ground)
+        phi = math.atan2(aux["sine"], aux["cosine"])
+        return path.sight(phi, math.atan2(aux["target_sine"], aux["target_cosine"])).direction
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Pointing error, its mean, how full the wheels are."""

@@ -104,14 +104,10 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
 
     Goldstein, Poole & Safko, *Classical Mechanics*, section 5.7, written without Euler angles.
     """
-    w, x, y_, z = algebra.attitude(y)
     w1, w2, w3 = y.omega1, y.omega2, y.omega3
     tau = torque(algebra.attitude(y), u, p)
     return State(
-        -0.5 * (x * w1 + y_ * w2 + z * w3),
-        0.5 * (w * w1 + y_ * w3 - z * w2),
-        0.5 * (w * w2 + z * w1 - x * w3),
-        0.5 * (w * w3 + x * w2 - y_ * w1),
+        *algebra.turning(algebra.attitude(y), (w1, w2, w3)),
         ((p.I2 - p.I3) * w2 * w3 + tau[0]) / p.I1,
         ((p.I3 - p.I1) * w3 * w1 + tau[1]) / p.I2,
         ((p.I1 - p.I2) * w1 * w2 + tau[2]) / p.I3,

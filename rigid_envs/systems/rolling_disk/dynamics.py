@@ -113,7 +113,6 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
     Routh, *Advanced Rigid Dynamics*, section 244; Borisov, Mamaev & Kilin 2003, "Dynamics of
     rolling disk", Regular and Chaotic Dynamics 8:201.
     """
-    w, x, y_, z = algebra.attitude(y)
     w1, w2, w3 = y.omega1, y.omega2, y.omega3
     m, radius, I1, I3, g = p.m, p.radius, p.I1, p.I3, p.g
     n1, n2, s, c = inclination(algebra.attitude(y))
@@ -125,10 +124,7 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
     roll = radius * (w3 - wn * (c / s))
     lx, ly = heading(algebra.attitude(y), s)
     return State(
-        -0.5 * (x * w1 + y_ * w2 + z * w3),
-        0.5 * (w * w1 + y_ * w3 - z * w2),
-        0.5 * (w * w2 + z * w1 - x * w3),
-        0.5 * (w * w3 + x * w2 - y_ * w1),
+        *algebra.turning(algebra.attitude(y), (w1, w2, w3)),
         n1 * turn - n2 * lean,
         n2 * turn + n1 * lean,
         (u.tau_drive - rim * wn * wl) / (I3 + rim),

@@ -217,19 +217,15 @@ def rhs(y: State, u: Input, p: Parameters) -> State:
     Cohen 1977, doi:10.1119/1.10926 (tippe top); Moffatt & Shimomura 2002, doi:10.1038/416385a
     (egg).
     """
-    w, x, y_, z = algebra.attitude(y)
-    omega = w1, w2, w3 = (y.omega1, y.omega2, y.omega3)
-    at = place(algebra.vertical((w, x, y_, z)), p)
-    v = algebra.rotate_inverse((w, x, y_, z), (y.VX, y.VY, 0.0))
+    q, (w1, w2, w3) = algebra.attitude(y), (y.omega1, y.omega2, y.omega3)
+    omega, at = (w1, w2, w3), place(algebra.vertical(q), p)
+    v = algebra.rotate_inverse(q, (y.VX, y.VY, 0.0))
     friction, N = forces(omega, v, at.g1 * u.tau2 - at.g2 * u.tau1, at, p)
     tau = moment(friction, at)
-    pushed = algebra.rotate((w, x, y_, z), friction)
+    pushed = algebra.rotate(q, friction)
     up = N * at.kappa
     return State(
-        -0.5 * (x * w1 + y_ * w2 + z * w3),
-        0.5 * (w * w1 + y_ * w3 - z * w2),
-        0.5 * (w * w2 + z * w1 - x * w3),
-        0.5 * (w * w3 + x * w2 - y_ * w1),
+        *algebra.turning(q, omega),
         ((p.I1 - p.I3) * w2 * w3 + u.tau1 + tau[0] - up * at.g2) / p.I1,
         ((p.I3 - p.I1) * w3 * w1 + u.tau2 + tau[1] + up * at.g1) / p.I1,
         (u.tau3 + tau[2]) / p.I3,

@@ -26,7 +26,7 @@ from tests.systems.runs import at_random, bound, rows, run, still
 
 TRACK = "gyrostat.tasks:WheelTrack"
 TASK = WheelTrack()
-FRAME = ("reference_w", "reference_x", "reference_y", "reference_z")
+FRAME = ("pass_w", "pass_x", "pass_y", "pass_z")
 PLACE = ("sine", "cosine", "target_sine", "target_cosine")
 
 

@@ -221,8 +221,30 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
     return (*achieved, *desired, *achieved[9:])
 
 
+class RestToRest:
+    """What tasks of turning a body from rest to rest share: the goal, an attitude without rate."""
+
+    angle_tolerance: float
+
+    @property
+    def largest_angle(self) -> float:
+        """Largest angle to the goal when reached [rad]: `angle_tolerance`, at most pi."""
+        return min(self.angle_tolerance, math.pi)
+
+    def features(self) -> tuple[Entry, ...]:
+        """Achieved and desired pose, angular velocity."""
+        rates = tuple(Entry(f"omega{k}", "rad/s", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
+        turn = (Entry(f"R{i}{j}", "1", "body to world", -1.0, 1.0) for i in "123" for j in "123")
+        goal = (*turn, *rates)
+        return (*goal, *goal, *rates)
+
+    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
+        """Goals are unit quaternions."""
+        return {("goal_w", "goal_x", "goal_y", "goal_z"): UNIT}
+
+
 @dataclass(frozen=True)
-class Reorient(TorqueTask):
+class Reorient(RestToRest, TorqueTask):
     """Turn a body from rest to rest at an attitude drawn in every episode.
 
     A goal environment with sparse reward. Goals are the rotation matrix $R$ (body to world, row by
@@ -299,25 +321,9 @@ class Reorient(TorqueTask):
     )
     reduction: ClassVar = TURNING
 
-    @property
-    def largest_angle(self) -> float:
-        """Largest angle to the goal when reached [rad]: `angle_tolerance`, at most pi."""
-        return min(self.angle_tolerance, math.pi)
-
     def torques(self) -> tuple[float, float, float]:
         """The same about each axis."""
         return (self.torque,) * 3
-
-    def features(self) -> tuple[Entry, ...]:
-        """Achieved and desired pose, angular velocity."""
-        rates = tuple(Entry(f"omega{k}", "rad/s", "body", -FASTEST, FASTEST) for k in (1, 2, 3))
-        turn = (Entry(f"R{i}{j}", "1", "body to world", -1.0, 1.0) for i in "123" for j in "123")
-        goal = (*turn, *rates)
-        return (*goal, *goal, *rates)
-
-    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
-        """Goals are unit quaternions."""
-        return {("goal_w", "goal_x", "goal_y", "goal_z"): UNIT}
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque from rest."""

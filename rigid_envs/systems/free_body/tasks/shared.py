@@ -12,7 +12,7 @@ from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Quaternion, Row, Vector, attitude
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.episode import single
-from rigid_envs.mechanics.system import fastest_turn
+from rigid_envs.mechanics.system import System, fastest_turn
 from rigid_envs.systems.free_body.dynamics import Input, State
 from rigid_envs.systems.free_body.system import FreeBody
 from rigid_envs.tasks.fields import Entry, Range, physical, span
@@ -58,7 +58,7 @@ class BodyTask(Task):
     I2: Range = physical(2.0, "principal moment about e2", "kg m^2")
     I3: Range = physical(3.0, "principal moment about e3", "kg m^2")
 
-    system_type: ClassVar = FreeBody
+    system_type: ClassVar[type[System]] = FreeBody
 
     # Middles of the ranges of the moments: what a policy knows of a body that is drawn.
     @property

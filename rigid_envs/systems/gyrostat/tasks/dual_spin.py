@@ -328,10 +328,6 @@ class DualSpin(WheelTask):
         """Largest rate of the flat spin at the start [rad/s]."""
         return span(self.start_rate)[1]
 
-    def actions(self) -> tuple[Entry, ...]:
-        """Torque of the motor on the rotor."""
-        return (Entry("u1", "N m", "body", -self.torque, self.torque),)
-
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity, direction of L, spin momentum of the rotor."""
         return (
@@ -341,13 +337,7 @@ class DualSpin(WheelTask):
         )
 
     def largest_rate(self, duration: float) -> float:
-        """Bound on the rates at a full rotor: the angular momentum is that of the start.
-
-        ``norm(A omega) <= norm(L) + abs(l)``; the turns of a step are those of
-        `rigid_envs.systems.gyrostat.dynamics.rate`.
-        """
-        fastest, J1 = self.largest_start_rate + self.start_spread, span(self.J1)
+        """Bound on the rates at a full rotor: the angular momentum is that of the start."""
+        fastest = self.largest_start_rate + self.start_spread
         L = fastest * max(span(moment)[1] for moment in (self.I1, self.I2, self.I3))
-        low1, low2, low3 = (span(moment)[0] for moment in (self.I1, self.I2, self.I3))
-        stored = max(self.capacity, J1[1] * fastest)
-        return (L + stored) / min(low1 - J1[1], low2, low3) + L / low2
+        return self.turned_at_most(L, max(self.capacity, span(self.J1)[1] * fastest))

@@ -4,12 +4,14 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from rigid_envs.base.settings import Number, setting
+from rigid_envs.base.settings import Number, refusal, setting
+from rigid_envs.engine import randoms
+from rigid_envs.engine.algebra import Vector
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import clamp
+from rigid_envs.systems.free_body.tasks.shared import BodyTask
 from rigid_envs.systems.gyrostat.system import Gyrostat
-from rigid_envs.tasks.fields import Range, physical, span
-from rigid_envs.tasks.task import Task
+from rigid_envs.tasks.fields import Entry, Range, physical, span
 
 
 @scalar
@@ -22,8 +24,15 @@ def motor(a: float, l: float, c: Any) -> float:  # noqa: E741
     return clamp(c.torque * a, down, up)
 
 
+@scalar
+def biased(stream: randoms.Stream, p: Any, c: Any) -> Vector:
+    """Rates of the wheels of a carrier at rest [rad/s], spin momenta uniform in a ball."""
+    a, b, d = randoms.in_ball(stream, 0)
+    return c.bias * a * p.per_J1, c.bias * b * p.per_J2, c.bias * d * p.per_J3
+
+
 @dataclass(frozen=True)
-class WheelTask(Task):
+class WheelTask(BodyTask):
     """A task of a carrier that is turned by wheels: a subclass has J1, J2, J3 of those it has."""
 
     dt: float = 1.0
@@ -39,28 +48,40 @@ class WheelTask(Task):
     system_type: ClassVar = Gyrostat
     cost_unit: ClassVar[str] = "torque impulse of the motors [N m s]"
 
-    # Middles of the ranges of the moments: what a policy knows of a satellite that is drawn.
-    @property
-    def middle1(self) -> float:
-        """Middle of the range of I1 [kg m^2]."""
-        return 0.5 * sum(span(self.I1))
+    def actions(self) -> tuple[Entry, ...]:
+        """Torque of each motor on its wheel."""
+        wheels = self.episode.Action._fields
+        return tuple(Entry(name, "N m", "body", -self.torque, self.torque) for name in wheels)
 
-    @property
-    def middle2(self) -> float:
-        """Middle of the range of I2 [kg m^2]."""
-        return 0.5 * sum(span(self.I2))
+    def turned_at_most(self, momentum: float, stored: float) -> float:
+        """Bound on the rates of motion and integrator [rad/s].
 
-    @property
-    def middle3(self) -> float:
-        """Middle of the range of I3 [kg m^2]."""
-        return 0.5 * sum(span(self.I3))
+        ``norm(A omega) <= norm(L) + norm(l)``; the turns of a step are those of
+        `rigid_envs.systems.gyrostat.dynamics.rate`.
 
-    def turned_at_most(self, momentum: float) -> float:
-        """Bound on the rates of motion and integrator [rad/s], of angular momentum |L| [N m s].
-
-        ``norm(A omega) <= norm(L) + norm(l)``, as norm(l) is at most sqrt(3) capacities; the turns
-        of a step are those of `rigid_envs.systems.gyrostat.dynamics.rate`.
+        Args:
+            momentum: Largest |L| [N m s].
+            stored: Largest norm of the spin momenta [N m s].
         """
         wheels = [span(getattr(self, f"J{k}", 0.0))[1] for k in "123"]
         moments = [span(getattr(self, f"I{k}"))[0] - J for k, J in zip("123", wheels, strict=True)]
-        return (momentum + math.sqrt(3.0) * self.capacity) / min(moments) + momentum / moments[1]
+        return (momentum + stored) / min(moments) + momentum / moments[1]
+
+
+@dataclass(frozen=True)
+class BiasedWheelTask(WheelTask):
+    """A task of a carrier that begins at rest, while its three wheels may turn."""
+
+    bias: float = setting(
+        0.2, Number("radius of the ball of spin momenta at the start", "N m s", 0.0, 1e6)
+    )
+
+    def check_settings(self) -> None:
+        """Also refuse wheels that begin beyond their capacity."""
+        super().check_settings()
+        if self.bias > self.capacity:
+            raise refusal("bias", self.bias, f"at most capacity = {self.capacity}")
+
+    def largest_rate(self, duration: float) -> float:
+        """Bound on the rates at full wheels: the angular momentum is that of the start."""
+        return self.turned_at_most(self.bias, math.sqrt(3.0) * self.capacity)

@@ -1,13 +1,11 @@
 """Turn a satellite from rest to rest by its reaction wheels: by three, or by two."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
-from rigid_envs.base.checks import Array
-from rigid_envs.base.settings import Number, refusal, setting
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Row, Vector, cross, dot, scaled
 from rigid_envs.engine.compiler import scalar
@@ -16,7 +14,7 @@ from rigid_envs.engine.episode import Episode, clip_to_box, clip_to_square
 from rigid_envs.systems.free_body.saddle import near
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2, ROTATION_IN_SPACE
 from rigid_envs.systems.free_body.tasks import reorient
-from rigid_envs.systems.free_body.tasks.shared import FASTEST, HalfTurn, both_poses, turn
+from rigid_envs.systems.free_body.tasks.shared import HalfTurn, both_poses, turn
 from rigid_envs.systems.gyrostat.dynamics import (
     GYROSTAT,
     Input,
@@ -25,11 +23,10 @@ from rigid_envs.systems.gyrostat.dynamics import (
     momentum,
     spin_momenta,
 )
-from rigid_envs.systems.gyrostat.tasks.shared import WheelTask, motor
+from rigid_envs.systems.gyrostat.tasks.shared import BiasedWheelTask, WheelTask, biased, motor
 from rigid_envs.tasks.fields import Entry, Range, physical
 from rigid_envs.tasks.parts import limited
 from rigid_envs.tasks.reduction import Reduction
-from rigid_envs.tasks.task import UNIT, AuxiliaryRanges
 
 # Reduced coordinates: the turn to the goal in axes of the carrier, half turns of carrier and goal,
 # the spin momenta of the wheels. The moments are the middles of their ranges.
@@ -201,9 +198,7 @@ class Constants(NamedTuple):
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, reorient.Auxiliary]:
     """At rest; attitudes of carrier and goal uniform on SO(3), spin momenta uniform in a ball."""
     q, goal = randoms.quaternion(stream, 1 << 20), randoms.quaternion(stream, 1 << 21)
-    a, b, d = randoms.in_ball(stream, 0)
-    wheels = (c.bias * a * p.per_J1, c.bias * b * p.per_J2, c.bias * d * p.per_J3)
-    return State(*q, 0.0, 0.0, 0.0, *wheels), reorient.Auxiliary(*goal)
+    return State(*q, 0.0, 0.0, 0.0, *biased(stream, p, c)), reorient.Auxiliary(*goal)
 
 
 @scalar
@@ -250,7 +245,7 @@ def observe_two(y: State, aux: reorient.Auxiliary, p: Parameters, c: Constants) 
 
 
 @dataclass(frozen=True)
-class Slew(WheelTask):
+class Slew(reorient.RestToRest, WheelTask):
     """A task of turning a satellite by its wheels from rest to rest."""
 
     J1: Range = physical(0.001, "moment of the wheel along e1", "kg m^2")
@@ -265,33 +260,14 @@ class Slew(WheelTask):
     weight_angle: float = setting(0.0, Number("weight of minus the angle", "1", -1e3, 1e3))
     weight_rate: float = setting(0.0, Number("weight of minus the rate off it", "1", -1e3, 1e3))
 
-    n_wheels: ClassVar[int]
-
-    @property
-    def largest_angle(self) -> float:
-        """Largest angle to the goal when reached [rad]: `angle_tolerance`, at most pi."""
-        return min(self.angle_tolerance, math.pi)
-
-    def actions(self) -> tuple[Entry, ...]:
-        """Torques of the motors on the wheels."""
-        wheels = range(1, self.n_wheels + 1)
-        return tuple(Entry(f"u{k}", "N m", "body", -self.torque, self.torque) for k in wheels)
-
     def features(self) -> tuple[Entry, ...]:
         """Achieved and desired pose, angular velocity, spin momenta."""
-        rates = tuple(Entry(f"omega{k}", "rad/s", "body", -FASTEST, FASTEST) for k in "123")
-        turn = (Entry(f"R{i}{j}", "1", "body to world", -1.0, 1.0) for i in "123" for j in "123")
-        goal = (*turn, *rates)
-        wheels = range(1, self.n_wheels + 1)
+        wheels = range(1, len(self.episode.Action._fields) + 1)
         stored = (Entry(f"l{k} / capacity", "1", "body", -_FULL, _FULL) for k in wheels)
-        return (*goal, *goal, *rates, *stored)
-
-    def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
-        """Goals are unit quaternions."""
-        return {("goal_w", "goal_x", "goal_y", "goal_z"): UNIT}
+        return (*super().features(), *stored)
 
 
-_three = partial(
+_slew = partial(
     Episode,
     dynamics=GYROSTAT,
     Terms=reorient.Terms,
@@ -305,7 +281,7 @@ _three = partial(
 
 
 @dataclass(frozen=True)
-class WheelReorient(Slew):
+class WheelReorient(Slew, BiasedWheelTask):
     """Turn a satellite by three reaction wheels from rest to rest at an attitude that is drawn.
 
     A goal environment with sparse reward. Goals are those of `Reorient`: the rotation matrix $R$
@@ -321,8 +297,8 @@ class WheelReorient(Slew):
         $L = A omega + l$ is constant in space, $l' = u$ (`Gyrostat`). The motors have the torque
         `torque`, the wheels the capacity `capacity`: the torque in a period is the commanded one,
         or what takes the wheel just to its capacity. About one axis, with wheels that begin at
-        rest, a turn from rest to rest by the angle $a$ takes $2 sqrt(A a / torque)$, or $A a /
-        capacity + capacity / torque$ where that is longer and the wheel is filled.
+        rest, a turn from rest to rest by the angle $a$ takes $2 sqrt(A a / torque)$, or, where the
+        wheel is full before the middle, $A a / capacity + capacity / torque$.
 
     Rewards:
         `reached` = 0 where angle and rate are within tolerance, else -1: the return is minus the
@@ -350,25 +326,11 @@ class WheelReorient(Slew):
     """
 
     J3: Range = physical(0.001, "moment of the wheel along e3", "kg m^2")
-    bias: float = setting(
-        0.2, Number("radius of the ball of spin momenta at the start", "N m s", 0.0, 1e6)
-    )
 
-    n_wheels: ClassVar = 3
-    episode: ClassVar = _three(
+    episode: ClassVar = _slew(
         Action=WheelTorques, clip=clip_to_box, actuate=actuate, observe=observe
     )
     reduction: ClassVar = TURNING
-
-    def check_settings(self) -> None:
-        """Also refuse wheels that begin beyond their capacity."""
-        super().check_settings()
-        if self.bias > self.capacity:
-            raise refusal("bias", self.bias, f"at most capacity = {self.capacity}")
-
-    def largest_rate(self, duration: float) -> float:
-        """Bound on the rates at full wheels: the angular momentum is that of the start."""
-        return self.turned_at_most(self.bias)
 
 
 @dataclass(frozen=True)
@@ -405,13 +367,12 @@ class TwoWheels(Slew):
         Krishnan, McClamroch & Reyhanoglu 1995, Journal of Guidance, Control, and Dynamics 18(2).
     """
 
-    n_wheels: ClassVar = 2
     bias: ClassVar = 0.0
-    episode: ClassVar = _three(
+    episode: ClassVar = _slew(
         Action=TwoTorques, clip=clip_to_square, actuate=actuate_two, observe=observe_two
     )
     reduction: ClassVar = TURNING_BY_TWO
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates at full wheels, without angular momentum."""
-        return self.turned_at_most(0.0)
+        return self.turned_at_most(0.0, math.sqrt(3.0) * self.capacity)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 from rigid_envs.base.checks import Array
-from rigid_envs.base.settings import Number, refusal, setting
+from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import (
     Quaternion,
@@ -30,7 +30,7 @@ from rigid_envs.systems.free_body.symmetry import ROTATION_IN_SPACE
 from rigid_envs.systems.free_body.tasks.shared import HalfTurn, turn
 from rigid_envs.systems.gyrostat.dynamics import GYROSTAT, Input, Parameters, State, momentum
 from rigid_envs.systems.gyrostat.symmetry import HALF_TURN, MIRROR
-from rigid_envs.systems.gyrostat.tasks.shared import WheelTask
+from rigid_envs.systems.gyrostat.tasks.shared import BiasedWheelTask, biased
 from rigid_envs.systems.gyrostat.tasks.wheel_reorient import (
     WheelTorques,
     actuate,
@@ -87,7 +87,7 @@ def seen_from_orbit(place: Pair, target: Pair, c: Any) -> Sight:
 def body_of_pass(y: Any, aux: Any) -> Quaternion:
     """Rotation from the axes of the pass to those of the satellite."""
     w, x, y_, z = attitude(y)
-    frame = (aux.reference_w, aux.reference_x, aux.reference_y, aux.reference_z)
+    frame = (aux.pass_w, aux.pass_x, aux.pass_y, aux.pass_z)
     return compose((w, -x, -y_, -z), frame)
 
 
@@ -277,10 +277,10 @@ class Constants(NamedTuple):
 class Auxiliary(NamedTuple):
     """Axes of the pass in space; angle from its middle, angle of the target; errors so far."""
 
-    reference_w: float = 1.0
-    reference_x: float = 0.0
-    reference_y: float = 0.0
-    reference_z: float = 0.0
+    pass_w: float = 1.0
+    pass_x: float = 0.0
+    pass_y: float = 0.0
+    pass_z: float = 0.0
     sine: float = 0.0
     cosine: float = 1.0
     target_sine: float = 0.0
@@ -305,9 +305,7 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, A
     off = randoms.in_disk(stream, 1 << 23)
     camera = compose((roll[0], 0.0, 0.0, roll[1]), half_turn((half * off[0], half * off[1], 0.0)))
     q = normalize(compose(frame, compose(down, camera)))
-    a, b, d = randoms.in_ball(stream, 0)
-    wheels = (c.bias * a * p.per_J1, c.bias * b * p.per_J2, c.bias * d * p.per_J3)
-    return State(*q, 0.0, 0.0, 0.0, *wheels), Auxiliary(*frame, *place, *target)
+    return State(*q, 0.0, 0.0, 0.0, *biased(stream, p, c)), Auxiliary(*frame, *place, *target)
 
 
 @scalar
@@ -325,7 +323,7 @@ def outcome(
 ) -> tuple[Auxiliary, Terms, float, bool, bool]:
     """Flight of the satellite; then the pointing error, and its mean for success."""
     place, target = flown(aux, c.orbit_rate * dt), (aux.target_sine, aux.target_cosine)
-    frame = (aux.reference_w, aux.reference_x, aux.reference_y, aux.reference_z)
+    frame = (aux.pass_w, aux.pass_x, aux.pass_y, aux.pass_z)
     sight = seen_from_body(y, Auxiliary(*frame, *place, *target), c)
     error, _, _ = off_axis(sight.direction)
     error_sum, n_errors = aux.error_sum + error, aux.n_errors + 1.0
@@ -351,7 +349,7 @@ def observe(y: State, aux: Auxiliary, p: Parameters, c: Constants) -> Row:
 
 
 @dataclass(frozen=True)
-class WheelTrack(WheelTask):
+class WheelTrack(BiasedWheelTask):
     """Keep the camera of a satellite on a point of the ground as the satellite flies over it.
 
     The camera looks along $e3$. The line of sight turns slowly as the target comes nearer, quickly
@@ -470,16 +468,6 @@ class WheelTrack(WheelTask):
         """Largest angle of the target from the plane of the orbit, at the Earth's centre [rad]."""
         return self.across / EARTH
 
-    def check_settings(self) -> None:
-        """Also refuse wheels that begin beyond their capacity."""
-        super().check_settings()
-        if self.bias > self.capacity:
-            raise refusal("bias", self.bias, f"at most capacity = {self.capacity}")
-
-    def actions(self) -> tuple[Entry, ...]:
-        """Torques of the motors on the wheels."""
-        return tuple(Entry(f"u{k}", "N m", "body", -self.torque, self.torque) for k in "123")
-
     def features(self) -> tuple[Entry, ...]:
         """Line of sight and its rate, angular velocity, spin momenta, place in the pass."""
         return (
@@ -491,15 +479,11 @@ class WheelTrack(WheelTask):
             Entry("across / altitude", "1", "orbit", -_FAR, _FAR),
         )
 
-    def largest_rate(self, duration: float) -> float:
-        """Bound on the rates at full wheels: the angular momentum is that of the start."""
-        return self.turned_at_most(self.bias)
-
     def auxiliary_ranges(self, p: Mapping[str, Array], elapsed: Array) -> AuxiliaryRanges:
         """Directions, and what was counted."""
         return {
             **super().auxiliary_ranges(p, elapsed),
-            ("reference_w", "reference_x", "reference_y", "reference_z"): UNIT,
+            ("pass_w", "pass_x", "pass_y", "pass_z"): UNIT,
             ("sine", "cosine"): UNIT,
             ("target_sine", "target_cosine"): UNIT,
             "error_sum": (0.0, math.inf),
