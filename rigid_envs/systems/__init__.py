@@ -20,6 +20,7 @@ from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_ball.system import RollingBall
 from rigid_envs.systems.rolling_disk.system import EulerDisk, RollingDisk
+from rigid_envs.systems.satellite.system import Satellite
 from rigid_envs.systems.spheroid.system import Spheroid
 from rigid_envs.systems.thrown_body.system import ThrownBody
 from rigid_envs.systems.upright_coin.system import UprightCoin
@@ -36,6 +37,7 @@ __all__ = [
     "RollingBall",
     "RollingContact",
     "RollingDisk",
+    "Satellite",
     "Spheroid",
     "System",
     "ThrownBody",

@@ -143,11 +143,14 @@ def test_components_are_broadcast_against_each_other():
 
 @examples.each_type
 def test_the_rest_state_stays_where_nothing_pulls(system_type):
-    # Upright tops and wheels are balanced, plates level, inclines flat; a thrown body falls.
+    # Upright tops and wheels are balanced, plates level, inclines flat; a thrown body falls, and a
+    # satellite goes on along its orbit.
     system = system_type()
     rates = system.rhs(system.state())
     if system_type is type(examples.THROWN):
         rates[-1] += system.g
+    elif system_type is type(examples.ORBITER):
+        rates[-1] -= system.n
     assert not rates.any()
 
 

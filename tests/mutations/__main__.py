@@ -46,6 +46,7 @@ SOURCES = {
     "systems/spheroid/dynamics": Source(("spheroid",)),
     "systems/thrown_body/dynamics": Source(("thrown_body",)),
     "systems/gyrostat/dynamics": Source(("gyrostat",)),
+    "systems/satellite/dynamics": Source(("satellite",)),
     "engine/algebra": Source(
         ("heavy_top", "rolling_ball", "rolling_disk", "free_body"),
         frozenset({"matrix", "matrix_product", "unit_quaternion", "log_rotation", "scaled"}),

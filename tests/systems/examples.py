@@ -21,8 +21,9 @@ EGG = systems.Spheroid(
 )
 THROWN = systems.ThrownBody(1.1, 1.7, 2.3, m=0.8, g=2.5)
 SATELLITE = systems.Gyrostat(1.1, 1.7, 2.3, J1=0.1, J2=0.25, J3=0.2)
-SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, EULER, COIN, ROLLER, EGG, THROWN, SATELLITE)
-ANGLES = {"alpha_x", "alpha_y", "s"}
+ORBITER = systems.Satellite(1.1, 1.7, 2.3, n=0.9, b=0.7, inclination=1.2)
+SYSTEMS = (BODY, TOP, BALL, PLATE, DISK, EULER, COIN, ROLLER, EGG, THROWN, SATELLITE, ORBITER)
+ANGLES = {"alpha_x", "alpha_y", "s", "latitude"}
 """Entries of states whose sines are taken: of those beyond 1e6 rad a sine has no digit."""
 TURNING = tuple(system for system in SYSTEMS if "q" in system.components)
 

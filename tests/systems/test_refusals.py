@@ -13,6 +13,7 @@ from rigid_envs.systems.gyrostat.system import Gyrostat
 from rigid_envs.systems.heavy_top.system import HeavyTop
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.rolling_disk.system import EulerDisk, RollingDisk
+from rigid_envs.systems.satellite.system import Satellite
 from rigid_envs.systems.spheroid.system import Spheroid
 from rigid_envs.systems.upright_coin.system import UprightCoin
 from tests.refusals import NO_SCALARS, refusal, refuses
@@ -24,11 +25,12 @@ FROM_ZERO = {
     *((UprightCoin, "I3"), (Roller, "beta"), (HeavyTop, "g"), (HeavyTop, "ell")),
     *((kind, "mu") for kind in (DynamicBall, RollingDisk, Roller, Spheroid, UprightCoin)),
     *((Gyrostat, name) for name in ("J1", "J2", "J3")),
+    *((Satellite, "n"), (Satellite, "b")),
     *((EulerDisk, "mu"), (EulerDisk, "contour"), (EulerDisk, "drag"), (Spheroid, "drag")),
 }
 ANY_SIGN = {
     *((DynamicBall, "turntable_rate"), (UprightCoin, "slope"), (Roller, "slope")),
-    *((Roller, "curvature"), (Spheroid, "offset")),
+    *((Roller, "curvature"), (Satellite, "inclination"), (Spheroid, "offset")),
 }
 
 
@@ -63,7 +65,7 @@ def test_an_axial_moment_above_twice_the_other_is_refused(system_type):
     refuses(r"^I3 = 1\.2; expected I3 <= (2 I1|I1 \+ I2) = 1: ", system_type, I1=0.5, I3=1.2)
 
 
-@pytest.mark.parametrize("system_type", [FreeBody, HeavyTop])
+@pytest.mark.parametrize("system_type", [FreeBody, HeavyTop, Satellite])
 def test_moments_that_no_body_has_are_refused_by_name(system_type):
     for name, others in (("I1", "I2 \\+ I3"), ("I2", "I1 \\+ I3"), ("I3", "I1 \\+ I2")):
         moments = {"I1": 1.0, "I2": 1.0, "I3": 1.0, name: 2.1}

@@ -1,0 +1,1 @@
+"""Satellite: a rigid body on a circular orbit, turned by gravity and by magnetic coils."""
