@@ -31,7 +31,7 @@ class Pitch:
     """Pitch in Jacobi functions of u = start + rate t.
 
     Attributes:
-        middle: stable orientation from which the angle is counted [rad].
+        middle: stable orientation from which the angle is counted, or that of rest [rad].
         sense: 1 or -1, that of a rotation; 0 for a libration.
         speed: W, largest rate relative to the orbit [rad/s].
         rate: of u [rad/s].
@@ -78,7 +78,8 @@ def pitch_motion(pitch0: float, pitch_rate0: float, *, moments: ArrayLike, n: fl
     s, c = math.sin(phi), max(math.cos(phi), 0.0)
     W, least = math.hypot(p * s, fast), p * c  # the rate that just reaches the unstable orientation
     if W == 0.0:
-        return Pitch(middle, 0.0, 0.0, p, 0.0, 1.0, 0.0, 2.0 * math.pi / p if p > 0.0 else math.inf)
+        rest = 2.0 * math.pi / p if p > 0.0 else math.inf
+        return Pitch(pitch0, 0.0, 0.0, p, 0.0, 1.0, 0.0, rest)
     if fast < least:
         m1 = _complement((least - fast) / p * ((least + fast) / p))
         quarter = special.quarter_period(m1)
