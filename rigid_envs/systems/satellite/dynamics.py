@@ -1,8 +1,8 @@
 """Satellite: a rigid body on a circular orbit, under gravity gradient and a magnetic dipole.
 
-State y = (q, omega, latitude): attitude (w, x, y, z), angular velocity in body axes, in space, and
-the argument of latitude, the angle in the orbit from the ascending node. The world's axes are fixed
-in space: z along the orbit's normal, x to the ascending node.
+State y = (q, omega, latitude): attitude (w, x, y, z), angular velocity in space, in body axes
+[rad/s], and the argument of latitude alpha, the angle in the orbit from the ascending node [rad].
+The world's axes are fixed in space: z along the orbit's normal, x to the ascending node.
 """
 
 from typing import NamedTuple
@@ -89,7 +89,7 @@ def derive(I1: float, I2: float, I3: float, n: float, b: float, inclination: flo
 
 @scalar
 def radial(q: Quaternion, latitude: float) -> Vector:
-    """Unit vector r = R^T (cos u, sin u, 0) away from the Earth's centre, in body axes."""
+    """Unit vector r = R^T (cos alpha, sin alpha, 0) away from the Earth's centre, in body axes."""
     s, c = sincos(latitude)
     return algebra.rotate_inverse(q, (c, s, 0.0))
 

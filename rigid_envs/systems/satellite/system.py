@@ -20,12 +20,11 @@ class Satellite(TurningBody, System):
     """Rigid body on a circular orbit, turned by the gravity gradient and by its magnetic dipole.
 
     $I omega' = I omega x omega + 3 n^2 r x I r + m x B$, $q' = q (0, omega) / 2$ in body axes;
-    $u' = n$ for the argument of latitude $u$. The world's axes are fixed in space: z is along the
-    orbit's normal, x points to the ascending node. There $r = (cos u, sin u, 0)$ points away from
-    the Earth's centre, and $e = (0, sin i, cos i)$ is the Earth's axis. The Earth is a magnetic
-    dipole along $-e$, $B = b (e - 3 (e . r) r)$, which does not turn with it: the field is that of
-    an untilted dipole. The satellite is small beside its orbit, and its rotation does not change
-    the orbit.
+    $alpha' = n$ for the argument of latitude. The world's axes are fixed in space: z is along the
+    orbit's normal, x points to the ascending node. There $r = (cos alpha, sin alpha, 0)$ points
+    away from the Earth's centre, and $e = (0, sin i, cos i)$ is the Earth's axis. The Earth is a
+    magnetic dipole along $-e$, $B = b (e - 3 (e . r) r)$: untilted, so that its field does not turn
+    with it. The satellite is small beside its orbit, and its rotation does not change the orbit.
 
     Without dipole the energy in the frame of the orbit, $omega . I omega / 2 + 3 n^2 r . I r / 2 -
     n L_z$, is conserved, with $I1 = I2$ also the spin $omega3$. Without orbit, $n = 0$, the
@@ -33,7 +32,7 @@ class Satellite(TurningBody, System):
     `FreeBody`.
 
     State $y = (w, x, y, z, omega1, omega2, omega3, latitude)$: attitude, body to world; angular
-    velocity in space, in body axes [rad/s]; argument of latitude [rad], which grows without limit.
+    velocity in space, in body axes [rad/s]; argument of latitude, which grows without limit [rad].
     Input $u = (m1, m2, m3)$: magnetic dipole in body axes [A m^2].
 
     The integrator is a symmetric splitting into free rotation and kicks, composed to fourth order:
@@ -99,8 +98,8 @@ class Satellite(TurningBody, System):
 
     def radial_body(self, y: npt.ArrayLike) -> Array:
         """Unit vector away from the Earth's centre, in body axes, shape (..., 3)."""
-        u = self.latitude(y)
-        outward = np.stack([np.cos(u), np.sin(u), np.zeros_like(u)], axis=-1)
+        alpha = self.latitude(y)
+        outward = np.stack([np.cos(alpha), np.sin(alpha), np.zeros_like(alpha)], axis=-1)
         return rotations.rotate_inverse(quaternion(y), outward)
 
     def field_body(self, y: npt.ArrayLike) -> Array:

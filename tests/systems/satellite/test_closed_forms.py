@@ -159,7 +159,7 @@ def test_frequencies_of_an_unstable_rest_are_refused():
     )
 
 
-def test_every_body_has_two_stable_orientations_or_more_of_them_one_pair_without_damping():
+def test_every_body_rests_stably_one_way_and_some_without_damping_another():
     rng = np.random.default_rng(0)
     for second in rng.uniform(0.1, 1.0, (200, 3)):
         I = np.sort(second.sum() - second)  # noqa: E741
