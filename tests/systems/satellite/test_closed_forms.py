@@ -196,7 +196,7 @@ def test_fast_spin_is_stable_both_ways_and_no_spin_is_not():
     assert not theory.normal_spin(i_perp=1.0, i3=0.5, omega3=3.0, n=1.0).stable
 
 
-def test_a_slow_spin_is_stable_where_thomson_says():
+def test_a_spin_between_the_limits_of_thomson_is_unstable():
     """Between the limits h = 1 and h = 4 - 3 s the constant term is negative."""
     for s in (0.4, 0.7, 1.5):
         low, high = sorted((1.0, 4.0 - 3.0 * s))
