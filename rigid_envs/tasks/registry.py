@@ -124,7 +124,7 @@ def load(name: str) -> Any:
 
 _FAMILIES = {
     **dict.fromkeys(("free_body", "thrown_body"), "Free body"),
-    "gyrostat": "Satellite",
+    **dict.fromkeys(("gyrostat", "satellite"), "Satellite"),
     **dict.fromkeys(("heavy_top", "spheroid"), "Top"),
     **dict.fromkeys(("rolling_ball", "dynamic_ball"), "Ball"),
     **dict.fromkeys(("roller", "upright_coin", "rolling_disk"), "Coin and wheel"),
@@ -402,5 +402,14 @@ _ours(
     early_end={"rate_tolerance": 0.5},
     controllers={"ride": "ride"},
     limits={"time": "DUAL_SPIN_TIME"},
+    conditions="AT_REST",
+)
+_ours(
+    "satellite:MagneticDetumble",
+    1000,
+    "time success return",
+    early_end={"rate_tolerance": 0.04},
+    controllers={"b_dot": "b_dot"},
+    limits={"time": "DETUMBLE_TIME"},
     conditions="AT_REST",
 )
