@@ -230,7 +230,7 @@ class MagneticDetumble(CoilTask):
     elsewhere on its orbit, where the field has turned.
 
     The largest dipole against the momentum across the field is what one would do with thrusters,
-    and here it fails from most starts. What the turning field uncovers of the momentum is braked
+    and here it fails from many starts. What the turning field uncovers of the momentum is braked
     away at once; the momentum then follows the field and keeps its size. A good policy brakes at
     the pace at which the field turns.
 
