@@ -64,6 +64,7 @@ OWN = {
     "tippe_top": {"top": Spheroid(offset=0.2, mu=0.4), "lean": 0.2, "duration": 30.0},
     "twist": {"racket": ThrownBody(0.001, 0.015, 0.0158, m=0.3), "angles": (90.0, 70.0)},
     "dual_spin": {"satellite": Gyrostat(1.0, 1.5, 2.2, J1=0.3), "shares": (0.1, 0.4, 0.6, 0.9)},
+    "gravity_gradient": {"shapes": ((0.5, 0.3), (-0.04, -0.7), (0.6, -0.3)), "n": 0.7},
     "pump": {"beta_change": 0.4, "start": -0.3, "rim": 1.1},
 }
 
