@@ -2,6 +2,7 @@
 
 import functools
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -128,6 +129,11 @@ class SatelliteView(FreeBodyView):
         """Rate, and the angle between L and the field."""
         rate = float(np.linalg.norm(self.system.accessors["omega_body"](moment.y)))
         return (f"|omega| {rate:.3g} rad/s   L is {self.angle(moment):.0f} deg from B",)
+
+    @staticmethod
+    def insets(system: Any, y: Array, times: Array, driven: bool) -> list[views.Panel]:
+        """The polhode; where gravity turns the body, its ellipsoid rolls on no plane."""
+        return FreeBodyView.insets(system, y, times, driven or system.n > 0.0)
 
 
 class MagneticDetumbleView(SatelliteView):
