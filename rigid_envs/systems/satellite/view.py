@@ -25,13 +25,11 @@ _LEAST = 1e-30  # of L and B that have a direction
 class SatelliteView(FreeBodyView):
     """A satellite in the axes of space, L, the field B and the dipole of its coils.
 
-    The arrow of the field goes through the satellite and is as long as the radius of the sphere
+    The arrow of the field goes through the satellite, and from one side of the sphere to the other
     where the field is strongest. Below is the Earth with lines of its field, and the orbit, not to
     scale, with the place of the satellite and the field there. On the sphere, whose equator is in
     the plane of the orbit, is the Earth as the satellite sees it.
     """
-
-    axis = (0.0, 0.0, 1.0)
 
     @property
     def rate(self) -> float:
@@ -141,9 +139,9 @@ class MagneticDetumbleView(SatelliteView):
 
     def readings(self, moment: Moment) -> tuple[str, ...]:
         """Also the rate that is to be reached."""
-        rate, tolerance = self.system.accessors["omega_body"](moment.y), self.task.rate_tolerance
+        rate = float(np.linalg.norm(self.system.accessors["omega_body"](moment.y)))
         return (
-            f"|omega| {float(np.linalg.norm(rate)):.4f} rad/s, to be below {tolerance:g}",
+            f"|omega| {rate:.3g} rad/s, to be below {self.task.rate_tolerance:g}",
             f"L is {self.angle(moment):.0f} deg from the line of B",
         )
 
