@@ -26,7 +26,7 @@ from rigid_envs.tasks.task import Task
 from rigid_envs.watch.drawing import Look, drawing_of
 from rigid_envs.watch.pictures import lines_height, pillow, tiled, wrapped, write
 from rigid_envs.watch.replays.replay import PastEpisode, moment_at, play_again
-from rigid_envs.watch.views import cost_figure
+from rigid_envs.watch.views import cost_figure, three_digits
 
 # Animated GIF and WebP, as small as asked for.
 
@@ -266,7 +266,7 @@ def play_episode(
 def figure(env_id: str, task: Task, value: float) -> str:
     """A value of the first metric of an id, its cost, in words: ``path 8.31 m``."""
     metric = metrics_of(env_id)[0]
-    text = cost_figure(task, value) if metric.is_cost else f"{value:.3g}"
+    text = cost_figure(task, value) if metric.is_cost else three_digits(value)
     return f"{metric.name} {text} {metric.unit(task)}".rstrip()
 
 

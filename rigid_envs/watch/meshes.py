@@ -378,6 +378,28 @@ def mark(width: float) -> Mesh:
     return moved(box((0.16, 0.12, width), [RED]), (0.0, 0.945, 0.0))
 
 
+@functools.cache
+def panelled_box() -> Mesh:
+    """Satellite: box of side 1, panels along x."""
+    faces = LIGHT, GREY, CREAM, GREY, CREAM, STEEL
+    arms = box((1.6, 0.06, 0.06), [STEEL])
+    return join(box((1.0, 1.0, 1.0), faces), arms, *panels())
+
+
+def panels() -> list[Mesh]:
+    """Panels of a satellite along x, with cells on +z, grey on -z, the end at +x red."""
+    pieces = []
+    for side, color in ((1.0, RED), (-1.0, LIGHT)):
+        frame = box((0.9, 0.86, 0.04), [*[LIGHT] * 5, GREY])
+        end = box((0.08, 0.86, 0.08), [color])
+        pieces.append(moved(frame, (1.2 * side, 0.0, 0.0)))
+        pieces.append(moved(end, (1.69 * side, 0.0, 0.0)))
+        for k in range(3):
+            cell = box((0.26, 0.78, 0.03), [BLUE])
+            pieces.append(moved(cell, (side * (0.9 + 0.3 * k), 0.0, 0.012)))
+    return pieces
+
+
 # Shaft and head of an arrow.
 
 

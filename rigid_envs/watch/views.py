@@ -372,14 +372,19 @@ _LEAST = 1e-3  # cost that is shown, in parts of what the largest action costs i
 
 
 def cost_figure(task: Task, cost: float) -> str:
-    """A cost in three digits; 0 where it is nothing beside what actions cost.
+    """A cost, by `three_digits`; 0 where it is nothing beside what actions cost.
 
     Args:
         task: the task, whose largest input times its control period tells what a step may cost.
         cost: in ``task.cost_unit``.
     """
     largest = task.dt * max(max(abs(entry.low), abs(entry.high)) for entry in task.actions())
-    return f"{cost if abs(cost) >= _LEAST * largest else 0.0:.3g}"
+    return three_digits(cost if abs(cost) >= _LEAST * largest else 0.0)
+
+
+def three_digits(value: float) -> str:
+    """A number in three digits; from 1000 on to the unit, without an exponent."""
+    return f"{value:.3g}" if abs(value) < 999.5 else f"{value:.0f}"
 
 
 def scaled(vector: npt.ArrayLike, scale: float, longest: float = math.inf) -> Array:

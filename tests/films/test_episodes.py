@@ -162,6 +162,8 @@ def test_a_caption_says_who_and_how_well():
     roll = "RigidEnvs/DiskRoll-v0"
     assert films.figure(roll, played(roll, "zero").task, 1e-9) == "error 1e-09"  # without a unit
     assert films.figure(PARK, played(PARK).task, 1e-9) == "path 0 m"  # what is nothing to a cost
+    coils = "RigidEnvs/MagneticDetumble-v0"
+    assert films.figure(coils, played(coils, "zero").task, 1256.4) == "time 1256 s"
 
 
 def test_an_episode_is_over_at_success_and_else_cut_off():

@@ -34,6 +34,7 @@ from rigid_envs.systems.rolling_ball.tasks import BallPark, BallParkGoal, BallSt
 from rigid_envs.systems.rolling_ball.view import OUTSIDE
 from rigid_envs.systems.rolling_disk.dynamics import State as DiskState
 from rigid_envs.systems.rolling_disk.tasks.disk_roll import DiskRoll, rolling
+from rigid_envs.systems.satellite.tasks import MagneticDetumble
 from rigid_envs.systems.spheroid.tasks import TippeTop
 from rigid_envs.systems.spheroid.view import SpheroidView, tippe_top
 from rigid_envs.systems.thrown_body.view import HIGHEST, ThrownBodyView, racket
@@ -46,23 +47,7 @@ from rigid_envs.watch.drawing import Drawing, Look
 from rigid_envs.watch.meshes import box, octants, sectors
 from rigid_envs.watch.views import GenericView, cost_figure, view_class, view_of
 from tests.from_pages.attitudes import matrix
-
-Q = np.array([0.4, -0.2, 0.7, 0.5]) / math.sqrt(0.94)  # no symmetry
-
-
-def placed(pose, point):
-    """A point of a part in the world."""
-    return np.asarray(pose.position) + matrix(pose.q) @ (np.array(pose.scale) * np.asarray(point))
-
-
-def at(task, y, u=None, **aux):
-    """The view of a task, and a moment in the state y."""
-    system = task.system()
-    parameters = {name: getattr(system, name) for name in system.parameter_names()}
-    pushed = np.zeros(len(system.input_entries)) if u is None else u
-    named = {name: 0.0 for name in task.aux_names} | aux
-    return view_of(task, parameters), Moment(y, pushed, parameters, named, dynamics=system.dynamics)
-
+from tests.render.examples import Q, at, placed
 
 IDS = sorted(ENVIRONMENTS)
 
@@ -118,7 +103,8 @@ def test_where_totals_are_known_the_text_says_them(started):
     text = view.frame(replace(moment, totals=(-12.3456, cost))).text
     quantity, _, unit = view.task.cost_unit.rstrip("]").partition(" [")
     assert text[0] == f"time {moment.time:.1f} s   return -12.346"
-    assert text[1] == f"cost {cost:.3g} {unit} ({quantity})"
+    figure = f"{cost:.3g}" if cost < 999.5 else f"{cost:.0f}"
+    assert text[1] == f"cost {figure} {unit} ({quantity})"
 
 
 def test_a_cost_that_is_nothing_beside_an_action_is_0_whatever_the_units():
@@ -126,6 +112,11 @@ def test_a_cost_that_is_nothing_beside_an_action_is_0_whatever_the_units():
         task = SleepingTop(torque=0.3 * scale)
         assert cost_figure(task, 6.66e-16 * scale) == cost_figure(task, -6.66e-16 * scale) == "0"
         assert cost_figure(task, 0.0901234 * scale) == f"{0.0901234 * scale:.3g}"
+
+
+def test_a_large_cost_is_shown_to_the_unit():
+    shown = {0.123456: "0.123", 45.67: "45.7", 999.4: "999", 999.6: "1000", -2345.6: "-2346"}
+    assert {cost: cost_figure(SleepingTop(), cost) for cost in shown} == shown
 
 
 def test_a_frame_depends_on_the_moment_alone(started):
@@ -143,6 +134,7 @@ def flat(frame):
 BODIES = {
     "FreeBody": (Reorient(), systems.FreeBody(), "body"),
     "Gyrostat": (WheelReorient(), systems.Gyrostat(), "body"),
+    "Satellite": (MagneticDetumble(), systems.Satellite(), "body"),
     "HeavyTop": (SleepingTop(), systems.HeavyTop(), "top"),
     "RollingBall": (BallPark(), systems.RollingBall(), "ball"),
     "DynamicBall": (BallPlate(), systems.DynamicBall(), "ball"),

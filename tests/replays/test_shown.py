@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
+from rigid_envs import systems
 from rigid_envs.mechanics import rotations
 from rigid_envs.systems.roller.system import Roller
 from rigid_envs.systems.roller.tasks.roll_pump import RollPump
@@ -26,7 +27,7 @@ from rigid_envs.watch.replays.page import (
     is_driven,
 )
 from rigid_envs.watch.replays.replay import moment_at, moments, play_again
-from rigid_envs.watch.views import view_of
+from rigid_envs.watch.views import view_class, view_of
 from tests.replays.examples import free_body, idle, recorded, rolling_ball
 from tests.systems.examples import BALL, BODY, COIN, DISK, ROLLER, SYSTEMS, TOP, name_of, states
 
@@ -136,6 +137,11 @@ def test_curves_show_what_they_are_called():
     wheels, y, _ = drawn("WheelReorient", "wheels")
     assert (wheels.unit, len(wheels.names)) == ("N m s", 3)
     assert np.allclose(wheels.values, 0.001 * (y[:, 4:7] + y[:, 7:]), rtol=1e-12)
+    parts, y, satellite = drawn("MagneticDetumble", "field")
+    assert (parts.unit, parts.names) == ("N m s", ("along B", "across B"))
+    L, B = satellite.moments * y[:, 4:7], satellite.field_body(y)
+    assert np.allclose(np.linalg.norm(parts.values, axis=1), np.linalg.norm(L, axis=1), rtol=1e-12)
+    assert np.allclose(parts.values[:, 0] * np.linalg.norm(B, axis=1), np.sum(L * B, axis=1))
     units = [drawn(name, "tilt")[0].unit for name in ("Reorient", "BallSteer", "AxisFlip")]
     assert units == ["deg, from the goal", "deg, from the reference", "deg, of e\u2083 from L"]
     tilt, y, body = drawn("AxisFlip", "tilt")
@@ -358,6 +364,15 @@ def test_the_momentum_of_a_satellite_is_on_the_unit_sphere_where_there_is_one():
         sizes = np.linalg.norm(points, axis=-1, keepdims=True)
         assert np.all((sizes > 1.002) & (sizes < 1.02))
         assert np.allclose(points / sizes, L / np.linalg.norm(L, axis=-1, keepdims=True))
+
+
+def test_a_satellite_that_gravity_turns_has_a_polhode_and_rolls_on_no_plane():
+    for n, title in ((0.001, "\u03c9 on the inertia ellipsoid"), (0.0, "Polhode and herpolhode")):
+        satellite = systems.Satellite(n=n, b=0.0)
+        y = satellite.state(q=[1.0, 0.0, 0.0, 0.0], omega_body=[0.01, 0.02, 0.03])
+        path = satellite.simulate(y, np.linspace(0.0, 40.0, 5))
+        (panel,) = view_class(systems.Satellite).insets(satellite, path.y, path.t, False)
+        assert panel.title == title and len(panel.frames) == 5
 
 
 def test_axis_of_a_top_is_on_the_unit_sphere(spun):

@@ -153,6 +153,19 @@ def sides(moments: npt.ArrayLike) -> Array:
     return np.asarray(2.1 * shape / np.linalg.norm(shape))
 
 
+def panelled(
+    moments: npt.ArrayLike, share: float
+) -> tuple[meshes.Mesh, tuple[float, float, float]]:
+    """Mesh of a satellite, a box of these principal moments with panels along e1; its scale.
+
+    Args:
+        moments: (I1, I2, I3) [kg m^2], shape (3,).
+        share: of the size of the box of `sides`.
+    """
+    x, y, z = (share * sides(moments)).tolist()
+    return meshes.panelled_box(), (x, y, z)
+
+
 class FreeBodyView(views.View):
     """A box with the moments of the body, omega, L and the torque.
 

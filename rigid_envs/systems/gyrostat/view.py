@@ -11,7 +11,14 @@ import numpy.typing as npt
 
 from rigid_envs.base.checks import Array
 from rigid_envs.mechanics import rotations
-from rigid_envs.systems.free_body.view import SPHERE, TO_X, TO_Y, FreeBodyView, ReorientView, sides
+from rigid_envs.systems.free_body.view import (
+    SPHERE,
+    TO_X,
+    TO_Y,
+    FreeBodyView,
+    ReorientView,
+    panelled,
+)
 from rigid_envs.systems.gyrostat.pointing import FlyOver
 from rigid_envs.tasks.core import Moment
 from rigid_envs.watch import meshes, views
@@ -19,7 +26,6 @@ from rigid_envs.watch import meshes, views
 _SMALLER = 0.62  # satellite, so that its panels are in the sphere
 _HUB, _STANDS = 0.4, 0.03  # radius of a wheel, of the smaller side of its face; height above it [m]
 _COLORS = meshes.ORANGE, meshes.SKY, meshes.YELLOW  # of the wheels along e1, e2 and e3
-_FACES = meshes.LIGHT, meshes.GREY, meshes.CREAM, meshes.GREY, meshes.CREAM, meshes.STEEL
 _CAMERA = views.Camera((0.0, 0.0, -0.03), 7.5, azimuth=-55.0, elevation=24.0)
 _BAR, _LOW, _ROW = 1.3, -1.8, 0.19  # length of a full bar, height of the first, to the next [m]
 _END = _BAR + 0.03  # of the middle of a red end
@@ -64,8 +70,7 @@ class GyrostatView(FreeBodyView):
 
     def body(self) -> tuple[meshes.Mesh, tuple[float, float, float]]:
         """A box with the moments of the carrier, and panels along e1."""
-        x, y, z = (_SMALLER * sides(self.system.moments)).tolist()
-        return satellite(), (x, y, z)
+        return panelled(self.system.moments, _SMALLER)
 
     def camera(self) -> views.Camera:
         """The whole sphere, and the bars below it."""
@@ -283,13 +288,6 @@ def _momentum_sphere(direction: Array, times: Array) -> views.Panel:
 
 
 @functools.cache
-def satellite() -> meshes.Mesh:
-    """Box of side 1, panels along x."""
-    arms = meshes.box((1.6, 0.06, 0.06), [meshes.STEEL])
-    return meshes.join(meshes.box((1.0, 1.0, 1.0), _FACES), arms, *_panels())
-
-
-@functools.cache
 def outline() -> meshes.Mesh:
     """Edges of the box of a satellite, and its panels."""
     edges = []
@@ -297,21 +295,7 @@ def outline() -> meshes.Mesh:
         size = np.where(_AXES[k], 1.035, 0.035)
         for place in itertools.product((-0.5, 0.5), repeat=2):
             edges.append(meshes.moved(meshes.box(size, [meshes.GREEN]), np.insert(place, k, 0.0)))
-    return meshes.join(*edges, *_panels())
-
-
-def _panels() -> list[meshes.Mesh]:
-    """Panels along x, with cells on +z, grey on -z, the end at +x red."""
-    pieces = []
-    for side, color in ((1.0, meshes.RED), (-1.0, meshes.LIGHT)):
-        frame = meshes.box((0.9, 0.86, 0.04), [*[meshes.LIGHT] * 5, meshes.GREY])
-        end = meshes.box((0.08, 0.86, 0.08), [color])
-        pieces.append(meshes.moved(frame, (1.2 * side, 0.0, 0.0)))
-        pieces.append(meshes.moved(end, (1.69 * side, 0.0, 0.0)))
-        for k in range(3):
-            cell = meshes.box((0.26, 0.78, 0.03), [meshes.BLUE])
-            pieces.append(meshes.moved(cell, (side * (0.9 + 0.3 * k), 0.0, 0.012)))
-    return pieces
+    return meshes.join(*edges, *meshes.panels())
 
 
 @functools.cache

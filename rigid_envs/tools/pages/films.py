@@ -48,7 +48,7 @@ _LONGEST = 7.0  # [s] of film before its end, which stays for a second
 _LIMIT = 2**20  # bytes of the data
 _SOURCES = ("watch/[!f]*.py", "watch/films.py", "systems/*/view.py", "tools/pages/films.py")
 _ENTRY = {"file": str, "sha256": str, "sources": str, "shows": list, "seeds": list}
-_SPEEDS = (0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 8.0, 16.0, 32.0)  # times real time
+_SPEEDS = (0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 8.0, 16.0, 32.0, 192.0)  # times real time
 
 
 class Shot(NamedTuple):
@@ -104,6 +104,7 @@ _SHOTS = {
     "TwoWheels": Shot(_THREE[:2], (1, 3), 55.0, {"distance": 8.8}),
     "DualSpin": Shot(_FREE, (0, 0), 56.0, {"distance": 8.8}),
     "WheelTrack": Shot(_FREE, (0, 0), 224.0, {"distance": 8.8}),
+    "MagneticDetumble": Shot(_FREE, (6, 6), 1260.0, {"distance": 8.0}),
 }
 """Films of our own ids, by name without version; others show the reference from the first start."""
 

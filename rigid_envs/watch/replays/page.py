@@ -81,6 +81,7 @@ def motion_curves(system: System, y: Array, u: Array, driven: bool) -> list[Curv
         driven: As of `curves`.
     """
     found = [*_motion(system, y, u), *_attitude(system, y), *_path(system, y), *_wheels(system, y)]
+    found += _parts_of_momentum(system, y)
     word = "error" if system.conserves and not driven else "change"
     return [*found, *_errors(system, y, word)]
 
@@ -181,6 +182,16 @@ def _wheels(system: System, y: Array) -> list[Curve]:
         return []
     names = ("l\u2081", "l\u2082", "l\u2083")
     return [Curve("wheels", "Spin of the wheels", "N m s", names, named["spin_momenta"](y))]
+
+
+def _parts_of_momentum(system: System, y: Array) -> list[Curve]:
+    """Angular momentum along a magnetic field and across it, where there is one."""
+    named = system.accessors
+    if "field_body" not in named or not (B := named["field_body"](y)).any():
+        return []
+    L, n = named["L_body"](y), B / np.linalg.norm(B, axis=-1, keepdims=True)
+    values = np.stack([np.sum(L * n, axis=-1), np.linalg.norm(np.cross(L, n), axis=-1)], axis=-1)
+    return [Curve("field", "Angular momentum", "N m s", ("along B", "across B"), values)]
 
 
 def _from_goal(task: Task, episode: PastEpisode) -> Curve | None:
