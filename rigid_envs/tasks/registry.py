@@ -408,7 +408,7 @@ _ours(
     "satellite:MagneticDetumble",
     1000,
     "time success return",
-    early_end={"rate_tolerance": 0.04},
+    early_end={"start_rate": (0.0101, 0.011)},
     controllers={"b_dot": "b_dot"},
     limits={"time": "DETUMBLE_TIME"},
     conditions="AT_REST",

@@ -50,7 +50,7 @@ def single(env_id: str, **config: Any) -> RigidEnv:
     return cast(RigidEnv, gym.make(env_id, **config).unwrapped)
 
 
-def vector(env_id: str, n: int, **config: Any) -> RigidVectorEnv:
+def vector(env_id: str, n: int, /, **config: Any) -> RigidVectorEnv:
     """N native rows."""
     envs: Any = gym.make_vec(env_id, num_envs=n, vectorization_mode="vector_entry_point", **config)
     return cast(RigidVectorEnv, envs.unwrapped)

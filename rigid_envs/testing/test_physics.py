@@ -264,8 +264,9 @@ def departures(env_id, refinement):
     }
 
 
-# The spin momentum of a top is kept only if it is symmetric; friction leaves Jellett's integral.
+# The spin momentum of a body is kept only if it is symmetric; friction leaves Jellett's integral.
 LOST = {
+    "RigidEnvs/MagneticDetumble-v0": {"L_spin"},
     "RigidEnvs/TopRandom-v0": {"L_spin"},
     "RigidEnvs/TippeTop-v0": {"energy", "L_vertical", "L_spin"},
 }

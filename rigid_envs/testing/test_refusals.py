@@ -156,6 +156,14 @@ def tippe_tops(draw):
 
 
 @st.composite
+def tumbling(draw):
+    """A tolerance, and rates at the start that are above it."""
+    tolerance = draw(sized(1e-6, 10.0))
+    low, high = sorted(tolerance * draw(st.floats(1.01, 10.0)) for _ in range(2))
+    return {"rate_tolerance": tolerance, "start_rate": draw(st.sampled_from([low, (low, high)]))}
+
+
+@st.composite
 def ordered(draw, low, high, rule):
     """Two ends of a range that are settings of their own."""
     ends = sorted(draw(st.floats(rule.low, min(rule.high, 10.0))) for _ in range(2))
@@ -182,6 +190,8 @@ def together(env_id):
         high = low.removesuffix("low") + "high"
         if high in names:
             parts.append(ordered(low, high, names[low]))
+    if {"dipole", "start_rate"} <= set(names):
+        parts.append(tumbling())
     if {"bias", "capacity"} <= set(names):
         parts.append(ordered("bias", "capacity", names["capacity"]))
     return st.tuples(*parts).map(lambda configs: dict(ChainMap(*configs)))

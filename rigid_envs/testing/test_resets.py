@@ -49,7 +49,7 @@ from rigid_envs.testing.environments import (
 N = 70  # more than one block of rows
 
 
-def states(env_id, n, **config):
+def states(env_id, n, /, **config):
     """Possible states, shape (n, n_state)."""
     envs = fresh(vector(env_id, n, **config), 1000)
     for batch in actions(env_id, 3, n):

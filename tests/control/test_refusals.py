@@ -17,6 +17,7 @@ from rigid_envs.systems.heavy_top import controllers as heavy_top
 from rigid_envs.systems.roller import controllers as roller
 from rigid_envs.systems.rolling_ball import controllers as rolling_ball
 from rigid_envs.systems.rolling_disk import controllers as rolling_disk
+from rigid_envs.systems.satellite import controllers as satellite
 from rigid_envs.systems.spheroid import controllers as spheroid
 from rigid_envs.systems.thrown_body import controllers as thrown_body
 from rigid_envs.systems.upright_coin import controllers as upright_coin
@@ -34,6 +35,7 @@ MAY_BE_ZERO = {
     *("DualSpinTurn.run_up", "TippeTopSpin.least_arm"),
 }
 SATELLITE = systems.Gyrostat(1.0, 2.0, 2.5, 0.1, 0.1, 0.1)
+ORBITER = systems.Satellite(1.0, 2.0, 2.5, n=0.03, b=0.5)
 CONTROLLERS = (
     thrown_body.CatchShot(BODY, 20.0, 0.05, 0.1),
     heavy_top.AsymmetricBalance(TOP, 0.3, 0.05, 3.0),
@@ -45,6 +47,7 @@ CONTROLLERS = (
     gyrostat.EigenaxisSlew(SATELLITE, 3.0, 5.0, 0.5),
     free_body.EnergyCasimir(BODY, 1.0, 0.2),
     rolling_ball.FarSightedFollower(BALL, 1.0, 0.1),
+    satellite.FieldBrake(ORBITER, 0.1),
     free_body.ForcedFlip(BODY, 1.0, 0.5),
     dynamic_ball.HeldBall(MOVED, 0.4, 0.1, 0.1),
     free_body.HeldSpin(BODY, 1.0, 0.2),
@@ -120,6 +123,7 @@ BALLS = BALL.state(q=ATTITUDES, position=PLACES)
 PLATES = MOVED.state(q=ATTITUDES, position=PLACES, velocity=PACES, tilt=PACES[::-1])
 SPINNING = systems.Spheroid().state(q=ATTITUDES, omega_body=10.0 * SPINS[..., 4:7])
 CARRIERS = SATELLITE.state(q=ATTITUDES, omega_body=SPINS[..., 4:7])
+ORBITERS = ORBITER.state(q=ATTITUDES, omega_body=SPINS[..., 4:7], latitude=PLACES[..., 0])
 SHARES = RNG.uniform(0.1, 0.7, LEAD)
 AHEAD = rolling_ball.FarSightedFollower(BALL, 1.0, 0.1).regulator(PACES).gain
 IN_BOX = {
@@ -145,6 +149,7 @@ IN_BOX = {
 IN_BALL = {
     "DampedFollower": (BALLS, BALLS[::-1], PACES),
     "FarSightedFollower": (BALLS, BALLS[::-1], PACES, AHEAD),
+    "FieldBrake": (ORBITERS,),
     "MomentumBrake": (SPINS,),
     "MomentumRegulator": (SPINS,),
     "PivotBalance": (TOPS,),

@@ -78,6 +78,9 @@ def read(name, states, shown):
     if name == "WheelTrack":  # the attitude relative to the axes of the pass
         frame = states.auxiliary(*(f"pass_{k}" for k in "wxyz"))
         found["q"] = rotations.multiply(rotations.conjugate(frame), found["q"])
+    if name == "MagneticDetumble":  # half an orbit does not count
+        turns = 2.0 * found["latitude"]
+        found["latitude"] = np.concatenate([np.cos(turns), np.sin(turns)], axis=-1)
     if "q" in found:
         found["q"] = rotations.matrix_from_quaternion(found["q"]).reshape(-1, 9)
     if "Random" in name and hasattr(system, "radius") and "position" in found:

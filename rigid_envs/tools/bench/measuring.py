@@ -199,7 +199,7 @@ def vector_workload(envs: Any) -> Callable[[int], int]:
     return run
 
 
-def staggered(env_id: str, n: int, n_threads: int, **config: Any) -> Any:
+def staggered(env_id: str, n: int, n_threads: int, /, **config: Any) -> Any:
     """A vector environment of n rows whose episodes end in different steps."""
     limit = gymnasium.spec(env_id).max_episode_steps or 1
     config |= {"num_threads": n_threads}

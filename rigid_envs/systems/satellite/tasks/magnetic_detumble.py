@@ -158,7 +158,7 @@ ACROSS_FIELD = Reduction(
     formulas="""
     $L = I omega$ with the middles of the moments, $n = B / |B|$, $d = L x n / |L x n|$ and $t = n x
     d$, the direction of $L$ across $n$. Where $|L x n| <= 1e-9 |L|$, $d$ is along $n x e_k$ with
-    the $k$ of the least $|n_k|$, the last one of equal ones.
+    the $k$ of the least $|n_k|$, the first one of equal ones.
 
     Entries: $log(1 + |omega| / rate_tolerance)$ up to 20; the shares $x / (x + h)$ of $|omega|$
     with the halves $h$ of `rate_tolerance` and 0.3 of the largest `start_rate`; $L$ along $n$ and
