@@ -469,7 +469,7 @@ def accepted(env_id, draw, rng):
     raise AssertionError(f"no settings of {env_id} were accepted")
 
 
-@counted("n_steps", 100_000_000, first=10)
+@counted("n_steps", 100_000_000, first=50)
 def test_nothing_leaves_its_space_at_the_default_settings(env_id, n_steps):
     n_rows, shown = 1024, representations(env_id)
     for rotation in shown:
@@ -480,7 +480,7 @@ def test_nothing_leaves_its_space_at_the_default_settings(env_id, n_steps):
         assert driver.n_ended == 0 or env_id in EARLY_ENDS, about_early_end(env_id, seen)
 
 
-@counted("n_configs", 500, first=5)
+@counted("n_configs", 500, first=10)
 @pytest.mark.parametrize("draw", [moderate, extreme])
 def test_nothing_leaves_its_space_at_any_settings(env_id, draw, n_configs):
     rng = np.random.default_rng(0)

@@ -323,6 +323,8 @@ def test_the_cost_is_the_one_that_is_told(problem):
         y = advanced(problem, y, action, 0.05)
 
 
+@pytest.mark.long
+@pytest.mark.push
 @each_problem
 def test_no_plan_beside_it_costs_less(problem):
     controller = predictive.PredictiveControl(problem, predictive.doubling(0.1, 4, 4, 2))

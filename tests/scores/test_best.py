@@ -66,6 +66,8 @@ def test_the_data_are_of_every_id_and_say_where_they_come_from():
         assert list(known.policies) == [*ENVIRONMENTS[env_id].controllers, "zero", "random"]
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_data_can_be_computed_again(capsys):
     assert verify_scores([DETUMBLE, TOP])  # a top that already stands succeeds at no cost
     out = capsys.readouterr().out
@@ -330,6 +332,8 @@ def test_starts_are_planned_in_blocks_each_from_its_own_first_start(monkeypatch)
     assert found.best.finders == (best.PLANNER,) * 5
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_policy_that_rests_for_a_time_turns_over_freely_and_needs_less():
     known = finding.nothing(AXIS, 10)
     (policy,) = [each for each, _ in finding.players(AXIS) if each.name == "minimum_fuel"]
@@ -342,6 +346,8 @@ def test_a_policy_that_rests_for_a_time_turns_over_freely_and_needs_less():
     np.testing.assert_array_equal(again.costs, found.best.costs)
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_rests_are_drawn_anew_by_another_seed_and_planned_beside_better_plans(monkeypatch):
     known, planned = finding.stored(AXIS, 3), []
 

@@ -59,6 +59,8 @@ def test_the_evaluation_set_is_the_published_one():
     assert len(set(more)) == 510 and more[:500] == evaluation_seeds()
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_most_starts_of_version_1_are_the_first_ones_of_the_set_in_their_order():
     both = [seed for seed in FIRST[:500] if seed in set(evaluation_seeds())]
     assert len(both) == 450 and evaluation_seeds(450) == both

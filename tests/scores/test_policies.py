@@ -132,6 +132,8 @@ def test_plans_of_different_lengths_stand_side_by_side(longer_first):
     np.testing.assert_array_equal(np.transpose(found), first if longer_first else second)
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
 def test_planned_balls_are_parked_episode_after_episode(mode):
     envs = rows(8, mode, limit=100)
@@ -200,6 +202,8 @@ def test_an_episode_is_held_within_a_minute_at_the_published_cost_below_the_regu
     np.testing.assert_array_equal(found.best, best_known(env_id).costs[:1])
 
 
+@pytest.mark.long
+@pytest.mark.push
 @needs_casadi
 def test_a_row_is_planned_as_if_it_were_alone():
     alone, together = (evaluate("RigidEnvs/IntermediateAxis-v0", "nmpc", n=n) for n in (1, 2))

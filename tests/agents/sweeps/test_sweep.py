@@ -50,6 +50,8 @@ def place(folder, seed=0):
     return folder / "records" / "Drift-v0" / f"ppo_world_{seed}.json"
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_record_says_how_a_policy_was_trained_and_what_came_of_it(tmp_path, capsys):
     # the first policy of the second one stays the best
     both = [training(tmp_path, n=50), training(tmp_path, "b", 50, seed=3, learning_rate=[0.0, 0.0])]

@@ -91,6 +91,8 @@ def test_the_lyapunov_rate_is_negative_up_to_the_stated_rate():
     assert most > 30.0  # far more than any turn takes
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_within_its_level_the_torque_is_free_of_limits_and_the_level_is_kept():
     controller, rng = QuaternionPD(BODY, TORQUE), np.random.default_rng(0)
     x = rng.normal(size=(2000, 6))
@@ -326,6 +328,8 @@ def test_a_torque_about_e3_alone_captures_no_spin():
         assert found.success.mean() < 0.1  # the others started with a c that will do
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize(
     ("actuators", "least"), [("e1 e2 e3", 0.99), ("e1 e3", 0.99), ("e2 e3", 0.93), ("e1 e2", 0.9)]
 )

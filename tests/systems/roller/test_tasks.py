@@ -47,6 +47,8 @@ def test_the_ratio_is_the_one_for_the_middle_of_the_period():
     np.testing.assert_array_equal(PUMP(y, 0.9)[:, 0], np.where(s * v < 0.0, 1.0, -1.0))
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_number_of_passes_is_the_least_with_which_the_controller_comes_over_the_rim():
     for start in (-0.3, 2.0):
         for rim in (0.8, 1.4):
@@ -165,6 +167,8 @@ def test_the_margin_covers_what_a_ratio_changes_of_the_momentum_and_the_errors_o
     assert (off < LEAST.margin(x)).all()
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_plans_of_least_time_climb_out_in_hardly_more_periods_than_any_can():
     n = 40
     envs = rows("roller.tasks:RollPump", n)

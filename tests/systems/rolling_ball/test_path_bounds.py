@@ -24,6 +24,7 @@ from rigid_envs.systems.rolling_ball import (
 )
 from rigid_envs.systems.rolling_ball.least_path import least_path
 from rigid_envs.systems.rolling_ball.path_bounds import numbers_of, room_for
+from rigid_envs.testing.environments import PUSH
 from tests.kernels.fingerprint import foreign_symbols
 
 IDS = [f"RigidEnvs/{n}-v0" for n in ("BallPark", "BallParkGoal", "BallParkRandom", "BallReorient")]
@@ -93,7 +94,9 @@ def test_motions_are_jacobis_functions(swings):
 
 
 @pytest.mark.parametrize("swings", FAMILIES)
-@pytest.mark.parametrize("n", [10, pytest.param(200, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    "n", [pytest.param(10, marks=PUSH), pytest.param(200, marks=pytest.mark.long)]
+)
 def test_no_elastica_of_a_box_is_overlooked(swings, n):
     """Boxes of all sizes around elasticae: where these lead is never excluded.
 
@@ -248,6 +251,8 @@ def prove(env_id, share, starts):
     return proven(env_id, shares)[starts] > 0.0
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_bound_is_proven_and_more_than_the_optimum_is_not():
     assert prove(IDS[0], SHARE, [113]).all()
     assert not prove(IDS[0], 1.002, [113]).any()

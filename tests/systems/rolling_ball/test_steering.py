@@ -81,6 +81,8 @@ def test_it_falls_as_fast_as_its_equation_says(damped):
     )
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize("curvature", [0.0, 1.0])
 def test_along_a_straight_line_one_error_stays_and_bends_take_it_away(curvature):
     follower, dt, start = controllers.DampedFollower(BALL, RATE), 0.02, starts(20, 0.05, 0.05)
@@ -310,6 +312,8 @@ def planned(env_id):
     return run(env_id, bound(reference_controllers(f"RigidEnvs/{env_id}-v0")["three_rolls"]), n=40)
 
 
+@pytest.mark.long
+@pytest.mark.push
 @pytest.mark.parametrize("env_id", KINDS)
 def test_three_straight_rolls_park_every_ball(env_id):
     found, n = planned(env_id), 20

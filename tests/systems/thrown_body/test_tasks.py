@@ -16,6 +16,8 @@ MOMENTS = np.array([0.0012, 0.0164, 0.0175])
 BODY = FreeBody(*MOMENTS)
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_the_references_catch_every_racket_and_the_edge_of_the_tolerance_is_cheap():
     shot, centre = (
         run("RacketCatch", bound(f), 200) for f in (references.shot, references.dead_centre)

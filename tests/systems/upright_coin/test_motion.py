@@ -124,6 +124,8 @@ def test_without_steering_it_slides_straight_and_steering_little_changes_little(
 # The coin held upright against reference cases, Newton's law with multipliers, a million steps.
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_million_steps_keep_the_circle_of_a_coin_left_alone():
     coin = UprightCoin()
     y = coin.state(contact=(0.5, 0.0), steer_rate=0.9, roll_rate=2.0)
@@ -138,6 +140,8 @@ def test_a_million_steps_keep_the_circle_of_a_coin_left_alone():
     np.testing.assert_allclose(middle, np.tile(middle[0], (len(t), 1)), rtol=0, atol=1e-10)
 
 
+@pytest.mark.long
+@pytest.mark.push
 def test_a_million_steps_on_a_slope_keep_the_energy_and_the_height():
     coin = UprightCoin(slope=0.3)
     y = coin.state(q=coin.attitude(math.pi, 0.0), steer_rate=1.2)
