@@ -154,6 +154,22 @@ class PerturbedSpinTask(SpinTask):
         return self.spun_up_from(self.spin_rate + self.start_spread, duration)
 
 
+class DrawnRate:
+    """Part of a task whose rate at the start may be drawn."""
+
+    start_rate: Range
+
+    @property
+    def least_start_rate(self) -> float:
+        """Least rate at the start [rad/s]."""
+        return span(self.start_rate)[0]
+
+    @property
+    def largest_start_rate(self) -> float:
+        """Largest rate at the start [rad/s]."""
+        return span(self.start_rate)[1]
+
+
 @scalar
 def perturbed_spin(stream: randoms.Stream, rate: float, spread: float) -> State:
     """Spin about e2, perturbed uniformly in a ball [rad/s]; attitude uniform on SO(3)."""

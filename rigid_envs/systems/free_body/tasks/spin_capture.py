@@ -154,7 +154,7 @@ def outcome(
 
 
 @dataclass(frozen=True)
-class SpinCapture(shared.SpinTask):
+class SpinCapture(shared.DrawnRate, shared.SpinTask):
     """Bring a spin about any axis to the intermediate axis e2 at the rate Omega.
 
     The torque is weak: a tenth of the largest gyroscopic term in Euler's equations at the rate
@@ -256,16 +256,6 @@ class SpinCapture(shared.SpinTask):
     def torque3(self) -> float:
         """Largest torque about e3 [N m]."""
         return self.torques()[2]
-
-    @property
-    def least_start_rate(self) -> float:
-        """Least rate of the spin at the start [rad/s]."""
-        return span(self.start_rate)[0]
-
-    @property
-    def largest_start_rate(self) -> float:
-        """Largest rate of the spin at the start [rad/s]."""
-        return span(self.start_rate)[1]
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque from the fastest start on."""

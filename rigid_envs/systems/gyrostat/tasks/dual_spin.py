@@ -11,7 +11,7 @@ from rigid_envs.engine.elementary import fma, log, select, sqrt
 from rigid_envs.engine.episode import Episode, NoAuxiliary, clip_to_interval
 from rigid_envs.systems.free_body.saddle import near, within
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2, ROTATION_IN_SPACE
-from rigid_envs.systems.free_body.tasks.shared import FASTEST, observed_rates
+from rigid_envs.systems.free_body.tasks.shared import FASTEST, DrawnRate, observed_rates
 from rigid_envs.systems.gyrostat.dynamics import (
     GYROSTAT,
     Input,
@@ -232,7 +232,7 @@ def outcome(
 
 
 @dataclass(frozen=True)
-class DualSpin(WheelTask):
+class DualSpin(DrawnRate, WheelTask):
     """Bring a satellite out of a flat spin by spinning up a rotor along its least axis.
 
     A slender satellite that loses energy ends in a flat spin: it turns about $e3$, the axis of its
@@ -317,16 +317,6 @@ class DualSpin(WheelTask):
     )
     reduction: ClassVar = SPUN
     cost_unit: ClassVar[str] = "time [s]"
-
-    @property
-    def least_start_rate(self) -> float:
-        """Least rate of the flat spin at the start [rad/s]."""
-        return span(self.start_rate)[0]
-
-    @property
-    def largest_start_rate(self) -> float:
-        """Largest rate of the flat spin at the start [rad/s]."""
-        return span(self.start_rate)[1]
 
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity, direction of L, spin momentum of the rotor."""

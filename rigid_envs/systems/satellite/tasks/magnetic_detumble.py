@@ -1,5 +1,6 @@
 """Bring a tumbling satellite to rest by magnetic coils."""
 
+import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -11,6 +12,7 @@ from rigid_envs.engine.elementary import fma, log, select, sqrt
 from rigid_envs.engine.episode import Episode, NoAuxiliary, clip_to_ball, single
 from rigid_envs.systems.free_body.saddle import near, within
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2
+from rigid_envs.systems.free_body.tasks.shared import DrawnRate
 from rigid_envs.systems.satellite.dynamics import SATELLITE, Input, Parameters, State, field
 from rigid_envs.systems.satellite.symmetry import HALF_ORBIT
 from rigid_envs.systems.satellite.tasks.shared import CoilTask, Dipole, actuate, turn_of_field
@@ -202,7 +204,7 @@ def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, N
     rate = fma(high - low, randoms.uniform(stream, 1 << 21), low)
     v = randoms.in_ball(stream, 0)
     rate = rate / max(sqrt(dot(v, v)), _TINY)
-    u = 6.283185307179586 * randoms.uniform(stream, 1 << 22)
+    u = 2.0 * math.pi * randoms.uniform(stream, 1 << 22)
     q = randoms.quaternion(stream, 1 << 20)
     return State(*q, rate * v[0], rate * v[1], rate * v[2], u), NoAuxiliary()
 
@@ -220,7 +222,7 @@ def outcome(
 
 
 @dataclass(frozen=True)
-class MagneticDetumble(CoilTask):
+class MagneticDetumble(DrawnRate, CoilTask):
     """Bring a tumbling satellite to rest by magnetic coils.
 
     Most small satellites have no thrusters. After the launch they tumble, and what they brake with
@@ -298,16 +300,6 @@ class MagneticDetumble(CoilTask):
         if not span(self.start_rate)[0] > self.rate_tolerance:
             expected = f"more than rate_tolerance = {self.rate_tolerance}"
             raise refusal("start_rate", self.start_rate, expected)
-
-    @property
-    def least_start_rate(self) -> float:
-        """Least angular velocity at the start [rad/s]."""
-        return span(self.start_rate)[0]
-
-    @property
-    def largest_start_rate(self) -> float:
-        """Largest angular velocity at the start [rad/s]."""
-        return span(self.start_rate)[1]
 
     def features(self) -> tuple[Entry, ...]:
         """Angular velocity, field, change of the field, place in the orbit."""
