@@ -61,7 +61,7 @@ def bound(factory):
     return policy
 
 
-def rows(task, n, **config):
+def rows(task, n, /, **config):
     """N rows of a task of ``system.tasks:Task``, in their first episode, without a time limit."""
     return fresh(RigidVectorEnv(f"rigid_envs.systems.{task}", n, **config))
 

@@ -17,21 +17,22 @@ from rigid_envs.tasks.core import Core
 
 
 def _least_time(envs: RigidVectorEnv) -> Array:
-    """Time of the largest torque for the momentum that is too much, in whole periods [s]."""
+    """Time of the largest torques for the momentum that is too much, in whole periods [s]."""
     task: Any = envs.task
     satellites: Any = envs.systems
     strongest = [each.b * np.sqrt(1.0 + 3.0 * np.sin(each.inclination) ** 2) for each in satellites]
     pairs = zip(satellites, envs.y, strict=True)
     L = np.array([np.linalg.norm(each.L_body(y)) for each, y in pairs])
     rest = np.array([each.moments.max() for each in satellites]) * task.rate_tolerance
-    time = (L - rest) / (task.dipole * np.array(strongest))
+    gravity = np.array([1.5 * each.n**2 * np.ptp(each.moments) for each in satellites])
+    time = (L - rest) / (task.dipole * np.array(strongest) + gravity)
     periods = np.ceil(time / task.dt - 1e-9)
     return np.asarray(task.dt * np.maximum(periods, 1.0))
 
 
 DETUMBLE_TIME = TheoreticalLimit(
     "bound",
-    "$|L|$ falls at $m |B|$ at most, `dipole` times $b sqrt(1 + 3 sin(i)^2)$",
+    "$|L|$ falls at `dipole` times $b sqrt(1 + 3 sin(i)^2)$ at most, and by gravity",
     _least_time,
 )
 

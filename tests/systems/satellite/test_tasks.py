@@ -104,6 +104,23 @@ def test_no_success_is_faster_than_the_bound():
     assert (least <= fast.cost).all()
 
 
+def test_the_bound_knows_that_gravity_may_brake_too():
+    """Of slow satellites with weak coils, on an orbit so fast that gravity turns them harder."""
+    config = {"n": 0.02, "dipole": 0.01, "start_rate": (0.0105, 0.03), "n_substeps": 60}
+    envs = rows("satellite.tasks:MagneticDetumble", 200, **config)
+    least, policy = references.DETUMBLE_TIME.values(envs), references.b_dot(envs.task)
+    too_much = np.linalg.norm(SATELLITE.L_body(envs.y), axis=1) - SATELLITE.I3 * 0.01
+    strongest = SATELLITE.b * np.sqrt(1.0 + 3.0 * np.sin(SATELLITE.inclination) ** 2)
+    by_coils, alive, early = too_much / (0.01 * strongest), np.ones(200, dtype=bool), 0
+    for step in range(1, 101):
+        _, _, terminated, _, _ = envs.step(policy(envs).astype(np.float32))
+        ended, time = alive & terminated, step * envs.task.dt
+        assert (least[ended] <= time).all()
+        early += (by_coils[ended] > time).sum()
+        alive &= ~ended
+    assert early > 10
+
+
 def test_a_dipole_gives_no_torque_along_the_field():
     rng, y = np.random.default_rng(2), tumbling(200)
     u = DIPOLE * unit(rng.normal(size=(200, 3)))

@@ -166,7 +166,8 @@ ACROSS_FIELD = Reduction(
     with the halves $h$ of `rate_tolerance` and 0.3 of the largest `start_rate`; $L$ along $n$ and
     along $t$, over $|L|$; $omega$ along $n$, $d$ and $t$ over the largest `start_rate`, limited to
     $+-100$; $h$ along $n$, $d$ and $t$; $|B| / b$; $cos 2u$, $sin 2u$; $|L1|$, $|L2|$, $|L3|$ over
-    $|L|$. The action $a$ acts as the dipole $a1 d + a2 t + a3 n$.
+    $|L|$. However small $L$ is, it has a direction, but for $L = 0$. The action $a$ acts as the
+    dipole $a1 d + a2 t + a3 n$.
     """,
 )
 """Reduction of `MagneticDetumble`: half orbits, times the half turns about the three axes."""
@@ -261,8 +262,8 @@ class MagneticDetumble(DrawnRate, CoilTask):
         tumbling satellite sees, which is nearly $B x omega$.
 
         No policy needs less than the time in which the largest dipole across the strongest field,
-        $b sqrt(1 + 3 sin(i)^2)$, takes away the momentum that is too much,
-        $|L| - I_max rate_tolerance$.
+        $b sqrt(1 + 3 sin(i)^2)$, and the largest torque of gravity, $3 n^2 (I_max - I_min) / 2$,
+        take away the momentum that is too much, $|L| - I_max rate_tolerance$.
 
     Source:
         Avanzini & Giulietti 2012, "Magnetic detumbling of a rigid spacecraft", doi:10.2514/1.53074;
