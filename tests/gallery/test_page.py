@@ -259,6 +259,11 @@ def test_a_page_of_times_and_the_data_beside_it_are_written_together(tmp_path, m
     assert main(["frames", "--page", str(page)]) == 0
     text, data = page.read_text(encoding="utf-8"), json.loads(page.with_suffix(".json").read_text())
     assert text == with_table(text, data) and "250.0 ms" in text
+    times[0] = FrameTimes(IDS[1], 0.5, 0.125, 2.0)
+    assert main(["frames", "--page", str(page), "--ids", IDS[1]]) == 0
+    rows = json.loads(page.with_suffix(".json").read_text())["frames"]
+    assert [row["frame"] for row in rows] == [0.25, 0.5]
+    assert [row.keys() - times[0]._asdict() for row in rows] == [set(), {"provenance"}]
 
 
 def test_pictures_take_no_longer_than_promised():

@@ -4,6 +4,7 @@ import argparse
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from rigid_envs.base.checks import one_named, positive
 from rigid_envs.base.files import write_atomic
@@ -74,7 +75,7 @@ def frames_(options: argparse.Namespace) -> None:
     """Time of a picture of every environment.
 
     Measure pictures of 480 x 480 pixels on one thread, with and without shadows, and the first one
-    of a new process. Takes a minute on an idle machine.
+    of a new process. Takes a minute on an idle machine. With --ids the page keeps the other rows.
     """
     ids = [checked_id(name) for name in options.ids or ENVIRONMENTS]
     page = "" if options.page is None else options.page.read_text(encoding="utf-8")
@@ -87,9 +88,19 @@ def frames_(options: argparse.Namespace) -> None:
     if options.page is None:
         print(as_text(data))
         return
+    file = options.page.with_suffix(".json")
+    if options.ids and file.exists():
+        data = _with_rows(json.loads(file.read_text(encoding="utf-8")), data)
     text = with_table(page, data)
-    write_atomic(options.page.with_suffix(".json"), json.dumps(data, indent=1) + "\n")
+    write_atomic(file, json.dumps(data, indent=1) + "\n")
     write_atomic(options.page, text)
+
+
+def _with_rows(kept: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """Data of a page in which some rows are measured anew; these say where they come from."""
+    rows = {row["env_id"]: row for row in kept["frames"]}
+    rows |= {row["env_id"]: row | {"provenance": new["provenance"]} for row in new["frames"]}
+    return kept | {"frames": [rows[env_id] for env_id in ENVIRONMENTS if env_id in rows]}
 
 
 # `rigid-envs gallery`: draw the figures.
