@@ -293,6 +293,8 @@ RECIPES = {
     "Reorient": Recipe(10, n_cuts=7),
     "WheelReorient": Recipe(10, n_cuts=7),
     "TwoWheels": Recipe(10, n_cuts=7),
+    "DualSpin": Recipe(10, n_cuts=7),
+    "MagneticDetumble": Recipe(10, n_cuts=7),
     "WheelTrack": Recipe(60),
     "BallSteer": Recipe(80),
     "DiskRoll": Recipe(60),
