@@ -267,4 +267,4 @@ def test_every_reference_case_is_covered(record_property):
     record_property("reference cases", table)
     print(f"{covered.total()} of {kinds.total()} reference cases:\n{table}")
     assert covered == kinds, table
-    assert kinds.total() == 374
+    assert kinds.total() == 397

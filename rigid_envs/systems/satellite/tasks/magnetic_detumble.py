@@ -184,7 +184,7 @@ class Terms(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """Dipole [A m^2], rates at the start and tolerance [rad/s], log of their ratio.
+    """Dipole [A m^2], rates at the start and tolerance [rad/s].
 
     And the middles of the moments [kg m^2].
     """
