@@ -338,7 +338,7 @@ def precession_of_equinoxes(
         obliquity: eps, of the axis from the normal of the ecliptic [rad].
 
     Returns:
-        Rates by each body, shape (k,) [rad/s]: positive is retrograde.
+        Rates by each body, shape (k,) [rad/s], positive where retrograde.
 
     Raises:
         ValueError: wrong shapes, a pull that is not positive, an eccentricity that is not from 0 to
