@@ -221,7 +221,6 @@ CIRCLING = TABLE.state(position=(0.1, 0.2), velocity=(0.3, 0.2), spin=1.0)
 
 
 @pytest.mark.long
-@pytest.mark.push
 def test_a_million_steps_on_a_level_turntable_keep_speed_spin_and_circle():
     trajectory = million_steps(TABLE, CIRCLING, 0.02, 1500)
     found, speed = trajectory.invariants, np.linalg.norm(trajectory["velocity"], axis=-1)

@@ -253,7 +253,6 @@ def held(controller):
 
 
 @pytest.mark.long
-@pytest.mark.push
 @pytest.mark.parametrize(("controller", "size"), LIMITED)
 def test_limited_torque_succeeds_from_where_the_controller_says(controller, size):
     directions = np.random.default_rng(0).normal(size=(200, 3))

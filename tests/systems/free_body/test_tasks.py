@@ -92,7 +92,6 @@ def test_the_lyapunov_rate_is_negative_up_to_the_stated_rate():
 
 
 @pytest.mark.long
-@pytest.mark.push
 def test_within_its_level_the_torque_is_free_of_limits_and_the_level_is_kept():
     controller, rng = QuaternionPD(BODY, TORQUE), np.random.default_rng(0)
     x = rng.normal(size=(2000, 6))

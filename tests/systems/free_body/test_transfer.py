@@ -87,7 +87,6 @@ def test_no_impulse_adds_to_the_distance_but_what_keeps_clear_of_the_ray():
 
 
 @pytest.mark.long
-@pytest.mark.push
 def test_weak_torque_brings_every_spin_to_e2_at_hardly_more_than_the_distance():
     body = FreeBody(1.0, 2.0, 3.0)
     controller = PolhodeTransfer(body, 1.0, 0.02, 0.1, 0.05)
@@ -188,7 +187,6 @@ def held(task, system, torque, n=40_000):
 
 
 @pytest.mark.long
-@pytest.mark.push
 @pytest.mark.parametrize("name", SPINS)
 def test_the_bound_is_the_distance_from_the_goals_themselves(name):
     """Of spins that stay at the goal none is nearer, and the nearest is hardly further away."""

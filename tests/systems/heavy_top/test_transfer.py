@@ -70,7 +70,6 @@ def test_free_motion_keeps_what_is_needed_and_impulses_bring_it_to_second_order(
 
 
 @pytest.mark.long
-@pytest.mark.push
 def test_impulses_are_given_where_the_least_brings_all_that_is_needed():
     law, y = controller(efficiency=0.97), released(0.15)
     states = TOP.simulate(y, np.linspace(0.0, 8.0, 1500)).y

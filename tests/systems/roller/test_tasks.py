@@ -48,7 +48,6 @@ def test_the_ratio_is_the_one_for_the_middle_of_the_period():
 
 
 @pytest.mark.long
-@pytest.mark.push
 def test_the_number_of_passes_is_the_least_with_which_the_controller_comes_over_the_rim():
     for start in (-0.3, 2.0):
         for rim in (0.8, 1.4):
@@ -168,7 +167,6 @@ def test_the_margin_covers_what_a_ratio_changes_of_the_momentum_and_the_errors_o
 
 
 @pytest.mark.long
-@pytest.mark.push
 def test_plans_of_least_time_climb_out_in_hardly_more_periods_than_any_can():
     n = 40
     envs = rows("roller.tasks:RollPump", n)

@@ -141,7 +141,6 @@ FROM_TO = {
 
 
 @pytest.mark.long
-@pytest.mark.push
 @pytest.mark.parametrize("kind", FROM_TO)
 def test_three_rolls_lead_from_any_pose_to_any_other(kind):
     start, goal = FROM_TO[kind]

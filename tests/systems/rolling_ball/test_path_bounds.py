@@ -24,7 +24,6 @@ from rigid_envs.systems.rolling_ball import (
 )
 from rigid_envs.systems.rolling_ball.least_path import least_path
 from rigid_envs.systems.rolling_ball.path_bounds import numbers_of, room_for
-from rigid_envs.testing.environments import PUSH
 from tests.kernels.fingerprint import foreign_symbols
 
 IDS = [f"RigidEnvs/{n}-v0" for n in ("BallPark", "BallParkGoal", "BallParkRandom", "BallReorient")]
@@ -93,10 +92,9 @@ def test_motions_are_jacobis_functions(swings):
         np.testing.assert_allclose(nodes[:, nearby.RATE], rate, atol=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("swings", FAMILIES)
-@pytest.mark.parametrize(
-    "n", [pytest.param(10, marks=PUSH), pytest.param(200, marks=pytest.mark.long)]
-)
+@pytest.mark.parametrize("n", [10, 200])
 def test_no_elastica_of_a_box_is_overlooked(swings, n):
     """Boxes of all sizes around elasticae: where these lead is never excluded.
 

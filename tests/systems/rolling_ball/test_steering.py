@@ -82,7 +82,6 @@ def test_it_falls_as_fast_as_its_equation_says(damped):
 
 
 @pytest.mark.long
-@pytest.mark.push
 @pytest.mark.parametrize("curvature", [0.0, 1.0])
 def test_along_a_straight_line_one_error_stays_and_bends_take_it_away(curvature):
     follower, dt, start = controllers.DampedFollower(BALL, RATE), 0.02, starts(20, 0.05, 0.05)

@@ -207,7 +207,6 @@ AIR = theory.air_drag(1.78e-5, radius=TOY["radius"], g=TOY["g"])
 
 
 @pytest.mark.long
-@pytest.mark.push
 @pytest.mark.parametrize(
     ("power", "losses", "start"), [(1, (2e-4, 2e-5), 0.03), (4, (100.0 * AIR, 10.0 * AIR), 0.06)]
 )

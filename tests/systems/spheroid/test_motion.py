@@ -91,7 +91,6 @@ def test_energy_and_jelletts_integral_of_the_tippe_top_agree_with_the_reference(
 
 
 @pytest.mark.long
-@pytest.mark.push
 @every([case for case in cases("tippe_top") if case["in"].get("rise")])
 def test_the_tippe_top_rises_when_the_reference_says(case):
     top, y = from_case(case)
@@ -345,7 +344,6 @@ def test_the_swing_falls_to_nothing_at_a_steady_precession():
 
 
 @pytest.mark.long
-@pytest.mark.push
 @pytest.mark.parametrize("offset", [0.15, 0.0])
 def test_a_million_steps_on_ice_bound_the_energy(offset):
     body = Spheroid(**{**EGG, "offset": offset}, **ICE, I1=0.35, I3=0.3)
@@ -404,7 +402,6 @@ def test_a_top_stands_or_rises_where_the_curvature_of_the_potential_says(i_perp)
 
 
 @pytest.mark.long
-@pytest.mark.push
 @pytest.mark.parametrize(("share", "sign"), [(0.3, 1.0), (0.8, -1.0)])
 def test_friction_leads_to_the_tumbling_of_jelletts_integral(share, sign):
     rise, stand = spheroid.jellett_thresholds(**TOP, **MOMENTS)
@@ -422,7 +419,6 @@ def test_friction_leads_to_the_tumbling_of_jelletts_integral(share, sign):
 
 
 @pytest.mark.long
-@pytest.mark.push
 def test_below_the_first_threshold_a_top_stands_and_above_both_it_turns_over():
     top = Spheroid(**TOP, **(ICE | {"drag": 0.3}), half_height=0.02, I1=2.9e-6, I3=3.2e-6)
     for spin, end in ((0.8 * top.rising_spin, 0.0), (6.0 * top.rising_spin, math.pi)):

@@ -125,7 +125,6 @@ def test_without_steering_it_slides_straight_and_steering_little_changes_little(
 
 
 @pytest.mark.long
-@pytest.mark.push
 def test_a_million_steps_keep_the_circle_of_a_coin_left_alone():
     coin = UprightCoin()
     y = coin.state(contact=(0.5, 0.0), steer_rate=0.9, roll_rate=2.0)
@@ -141,7 +140,6 @@ def test_a_million_steps_keep_the_circle_of_a_coin_left_alone():
 
 
 @pytest.mark.long
-@pytest.mark.push
 def test_a_million_steps_on_a_slope_keep_the_energy_and_the_height():
     coin = UprightCoin(slope=0.3)
     y = coin.state(q=coin.attitude(math.pi, 0.0), steer_rate=1.2)
