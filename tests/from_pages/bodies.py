@@ -17,12 +17,12 @@ class FreeBody(Page):
     @property
     def moments(self):
         """Of the body of the episode."""
-        return np.array([self.parameters[name] for name in self.physical])
+        return np.array([self.parameters[name] for name in self.physical[:3]])
 
     @property
     def middle_moments(self):
         """Of the body in the middle of the ranges."""
-        return np.array([self.middle(name) for name in self.physical])
+        return np.array([self.middle(name) for name in self.physical[:3]])
 
     def rhs(self, y, u):
         """Euler's equations."""

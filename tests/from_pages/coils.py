@@ -15,16 +15,6 @@ class MagneticDetumble(FreeBody):
     clip = staticmethod(in_disk)
 
     @property
-    def moments(self):
-        """Of the satellite of the episode."""
-        return super().moments[:3]
-
-    @property
-    def middle_moments(self):
-        """Of the satellite in the middle of the ranges."""
-        return super().middle_moments[:3]
-
-    @property
     def rate(self):
         """The largest of |omega|, |I omega| / I2 and 2 n."""
         return max(super().rate, 2 * self.n)

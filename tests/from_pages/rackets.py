@@ -13,16 +13,6 @@ class RacketCatch(FreeBody):
 
     physical = ("I1", "I2", "I3", "m", "g")
 
-    @property
-    def moments(self):
-        """Of the racket of the episode."""
-        return super().moments[:3]
-
-    @property
-    def middle_moments(self):
-        """Of the racket in the middle of the ranges."""
-        return super().middle_moments[:3]
-
     def components(self, y):
         """The parts of a state, by name."""
         names = ("q", "omega_body", "position", "velocity")

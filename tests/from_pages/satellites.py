@@ -14,16 +14,6 @@ class Satellite(FreeBody):
     physical = ("I1", "I2", "I3", "J1", "J2", "J3")
 
     @property
-    def moments(self):
-        """Of the satellite of the episode, wheels locked."""
-        return super().moments[:3]
-
-    @property
-    def middle_moments(self):
-        """Of the satellite in the middle of the ranges."""
-        return super().middle_moments[:3]
-
-    @property
     def wheels(self):
         """Moments of the wheels."""
         return np.array([*(self.parameters[name] for name in self.physical[3:]), 0.0, 0.0])[:3]

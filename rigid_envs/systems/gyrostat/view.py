@@ -241,7 +241,7 @@ class WheelTrackView(GyrostatView):
 
     def sight(self, moment: Moment) -> Array:
         """Direction of the target in the axes of the pass, shape (3,)."""
-        aux, path = moment.aux, FlyOver(self.task.overhead_rate, 1.0 / self.task.ground)
+        aux, path = moment.aux, FlyOver(self.task.orbit_rate, 1.0 / self.task.ground)
         phi = math.atan2(aux["sine"], aux["cosine"])
         return path.sight(phi, math.atan2(aux["target_sine"], aux["target_cosine"])).direction
 

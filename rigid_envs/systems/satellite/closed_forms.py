@@ -87,10 +87,8 @@ def pitch_motion(pitch0: float, pitch_rate0: float, *, moments: ArrayLike, n: fl
         start = 2.0 * quarter - start if pitch_rate0 < 0.0 else start
         amplitude = math.atan2(W / p, math.sqrt(m1))
         return Pitch(middle, 0.0, W, p, start, m1, amplitude, 4.0 * quarter / p)
-    m1, sense = (
-        _complement((fast - least) / W * ((fast + least) / W)),
-        math.copysign(1, pitch_rate0),
-    )
+    m1 = _complement((fast - least) / W * ((fast + least) / W))
+    sense = math.copysign(1.0, pitch_rate0)
     start = float(special.argument(sense * s, c, fast / W))
     half_turn = 2.0 * special.quarter_period(m1) / W
     return Pitch(middle, sense, W, W, start, m1, math.inf, half_turn)
@@ -120,11 +118,8 @@ def pitch(
 
     Source: Hughes, ch. 9; Byrd & Friedman, 110.
     """
-    motion, times = (
-        pitch_motion(pitch0, pitch_rate0, moments=moments, n=n),
-        checks.array(t, "t"),
-    )
-    u = motion.start + motion.rate * times
+    motion = pitch_motion(pitch0, pitch_rate0, moments=moments, n=n)
+    u = motion.start + motion.rate * checks.array(t, "t")
     if motion.sense == 0.0:
         sn, cn, dn = special.jacobi(u, motion.m1)
         size = motion.speed / motion.rate if motion.speed > 0.0 else 0.0

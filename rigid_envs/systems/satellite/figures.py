@@ -118,32 +118,32 @@ def _draw_pitch(axes: Axes, body: Satellite) -> float:
 
 def _about_normal(y: Array, orbit: Array) -> tuple[Array, Array]:
     """Sine and cosine of half of the turn about the normal, beyond that of the orbit."""
-    half = np.zeros((len(y), 4))
-    half[:, 0], half[:, 3] = np.cos(0.5 * orbit), np.sin(0.5 * orbit)
-    turn = rotations.multiply(rotations.conjugate(half), y[:, :4])
-    w, _, _, z = rotations.multiply(turn, rotations.conjugate(_REST)).T
+    w, _, _, z = rotations.multiply(y[:, :4], rotations.conjugate(_at_rest(orbit))).T
     return z, w
+
+
+def _at_rest(orbit: Array) -> Array:
+    """Attitude at rest by the angle in the orbit [rad], shape (..., 4)."""
+    return rotations.multiply(rotations.exp(np.multiply.outer(orbit, [0.0, 0.0, 1.0])), _REST)
 
 
 def _draw_departures(axes: Axes, bodies: list[Satellite]) -> Pair:
     """Angle from rest of each body; growth of the last one, found and of the theory [1/s]."""
-    found = np.zeros(0)
-    for body, color in zip(bodies, (GREEN, BLUE, RED), strict=True):
-        t = np.linspace(0.0, _ORBITS * 2.0 * np.pi / body.n, 1201)
-        tilt = rotations.exp(_DEPARTURE * np.array([1.0, 0.0, 1.0]) / math.sqrt(2.0))
-        start = body.state(q=rotations.multiply(_REST, tilt), omega_body=[0.0, body.n, 0.0])
-        motion = body.simulate(start, t)
-        rest = np.zeros((len(t), 4))
-        rest[:, 0], rest[:, 3] = np.cos(0.5 * body.n * t), np.sin(0.5 * body.n * t)
-        here = rotations.multiply(rest, _REST)
-        found = np.linalg.norm(
-            rotations.log(rotations.multiply(rotations.conjugate(here), motion.y[:, :4])), axis=-1
-        )
-        axes.semilogy(body.n * t / (2.0 * np.pi), found, color=color, lw=1.1)
-    last = theory.librations(bodies[-1].moments, bodies[-1].n)
-    exponent = max(float(np.sqrt(complex(x)).real) for x in last.roll_yaw_squared)
-    grown = (found > 100.0 * _DEPARTURE) & (found < 0.05)
-    peaks = np.flatnonzero(grown)
-    growth = np.polyfit(t[peaks], np.log(found[peaks]), 1)[0]
+    orbit = np.linspace(0.0, _ORBITS * 2.0 * np.pi, 1201)
+    found = [_departure(body, orbit) for body in bodies]
+    for angle, color in zip(found, (GREEN, BLUE, RED), strict=True):
+        axes.semilogy(orbit / (2.0 * np.pi), angle, color=color, lw=1.1)
     axes.set_title("departure [rad], by orbits")
-    return float(growth), exponent
+    grown = (found[-1] > 100.0 * _DEPARTURE) & (found[-1] < 0.05)
+    n, last = bodies[-1].n, theory.librations(bodies[-1].moments, bodies[-1].n)
+    growth = n * float(np.polyfit(orbit[grown], np.log(found[-1][grown]), 1)[0])
+    return growth, max(float(np.sqrt(complex(x)).real) for x in last.roll_yaw_squared)
+
+
+def _departure(body: Satellite, orbit: Array) -> Array:
+    """Angle from rest of a body that starts beside it [rad], by the angle in the orbit."""
+    tilt = rotations.exp(_DEPARTURE * np.array([1.0, 0.0, 1.0]) / math.sqrt(2.0))
+    start = body.state(q=rotations.multiply(_REST, tilt), omega_body=[0.0, body.n, 0.0])
+    q = body.simulate(start, orbit / body.n).y[:, :4]
+    off = rotations.multiply(rotations.conjugate(_at_rest(orbit)), q)
+    return np.asarray(np.linalg.norm(rotations.log(off), axis=-1))

@@ -11,6 +11,7 @@ from rigid_envs.base.settings import Number, refusal, setting
 from rigid_envs.engine import randoms
 from rigid_envs.engine.algebra import Quaternion, Row, Vector, attitude
 from rigid_envs.engine.compiler import scalar
+from rigid_envs.engine.elementary import fma
 from rigid_envs.engine.episode import single
 from rigid_envs.mechanics.system import System, fastest_turn
 from rigid_envs.systems.free_body.dynamics import Input, State
@@ -168,6 +169,13 @@ class DrawnRate:
     def largest_start_rate(self) -> float:
         """Largest rate at the start [rad/s]."""
         return span(self.start_rate)[1]
+
+
+@scalar
+def drawn_rate(stream: randoms.Stream, index: int, c: Any) -> float:
+    """Rate at the start [rad/s], uniform between its ends."""
+    low = c.least_start_rate
+    return fma(c.largest_start_rate - low, randoms.uniform(stream, index), low)
 
 
 @scalar

@@ -13,7 +13,7 @@ from rigid_envs.engine.episode import Episode, clip_to_box
 from rigid_envs.systems.free_body import saddle
 from rigid_envs.systems.free_body.dynamics import FREE_BODY, Input, Parameters, State
 from rigid_envs.systems.free_body.tasks import shared
-from rigid_envs.tasks.fields import Entry, Range, span
+from rigid_envs.tasks.fields import Entry, Range
 from rigid_envs.tasks.parts import Held, held_for
 
 # Reduced coordinates of a tumbling body that is steered to the separatrix: `SpinCapture`.
@@ -113,8 +113,7 @@ class Constants(NamedTuple):
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, Held]:
     """Spin axis uniform on the sphere, rate uniform; attitude uniform on SO(3)."""
-    low, high = c.least_start_rate, c.largest_start_rate
-    rate = fma(high - low, randoms.uniform(stream, 0), low)
+    rate = shared.drawn_rate(stream, 0, c)
     axis = vertical(randoms.quaternion(stream, 1 << 21))
     q = randoms.quaternion(stream, 1 << 20)
     return State(*q, rate * axis[0], rate * axis[1], rate * axis[2]), Held(0.0)
@@ -259,4 +258,4 @@ class SpinCapture(shared.DrawnRate, shared.SpinTask):
 
     def largest_rate(self, duration: float) -> float:
         """Bound on the rates after full torque from the fastest start on."""
-        return self.spun_up_from(span(self.start_rate)[1], duration)
+        return self.spun_up_from(self.largest_start_rate, duration)

@@ -11,7 +11,7 @@ from rigid_envs.engine.elementary import fma, log, select, sqrt
 from rigid_envs.engine.episode import Episode, NoAuxiliary, clip_to_interval
 from rigid_envs.systems.free_body.saddle import near, within
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2, ROTATION_IN_SPACE
-from rigid_envs.systems.free_body.tasks.shared import FASTEST, DrawnRate, observed_rates
+from rigid_envs.systems.free_body.tasks.shared import FASTEST, DrawnRate, drawn_rate, observed_rates
 from rigid_envs.systems.gyrostat.dynamics import (
     GYROSTAT,
     Input,
@@ -200,8 +200,7 @@ class Constants(NamedTuple):
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, NoAuxiliary]:
     """Spin about e3, perturbed uniformly in a ball; the rotor turns with the carrier."""
-    low, high = c.least_start_rate, c.largest_start_rate
-    rate = fma(high - low, randoms.uniform(stream, 1 << 21), low)
+    rate = drawn_rate(stream, 1 << 21, c)
     a, b, d = randoms.in_ball(stream, 0)
     omega = (c.start_spread * a, c.start_spread * b, fma(c.start_spread, d, rate))
     return State(*randoms.quaternion(stream, 1 << 20), *omega), NoAuxiliary()

@@ -12,11 +12,11 @@ from rigid_envs.engine.elementary import fma, log, select, sqrt
 from rigid_envs.engine.episode import Episode, NoAuxiliary, clip_to_ball, single
 from rigid_envs.systems.free_body.saddle import near, within
 from rigid_envs.systems.free_body.symmetry import HALF_TURN_1, HALF_TURN_2
-from rigid_envs.systems.free_body.tasks.shared import DrawnRate
+from rigid_envs.systems.free_body.tasks.shared import DrawnRate, drawn_rate
 from rigid_envs.systems.satellite.dynamics import SATELLITE, Input, Parameters, State, field
 from rigid_envs.systems.satellite.symmetry import HALF_ORBIT
 from rigid_envs.systems.satellite.tasks.shared import CoilTask, Dipole, actuate, turn_of_field
-from rigid_envs.tasks.fields import Entry, Range, span
+from rigid_envs.tasks.fields import Entry, Range
 from rigid_envs.tasks.parts import limited
 from rigid_envs.tasks.reduction import Reduction
 
@@ -64,36 +64,34 @@ def normal_to(n: Vector) -> Vector:
 
 
 @scalar
-def directions(y: Any, p: Any, c: Any) -> tuple[Vector, Vector, Vector, float]:
-    """Unit vectors n along the field, of the braking dipole, of L across n; |L| [N m s].
+def directions(y: Any, p: Any, c: Any) -> tuple[Vector, Vector, Vector, Vector, Vector]:
+    """B [T] and L [N m s]; unit vectors n along B, of the dipole that brakes, of L across n.
 
     The moments are the middles of their ranges.
     """
     B = field(attitude(y), y.latitude, p)
     n = scaled(1.0 / max(sqrt(dot(B, B)), _TINY), B)
     L = (c.middle1 * y.omega1, c.middle2 * y.omega2, c.middle3 * y.omega3)
-    size, brake = sqrt(dot(L, L)), cross(L, n)
+    brake = cross(L, n)
     part = sqrt(dot(brake, brake))
-    none, other = part <= _SHORT * size, normal_to(n)
+    none, other = part <= _SHORT * sqrt(dot(L, L)), normal_to(n)
     inverse = 1.0 / select(none, 1.0, part)
     d = (
         select(none, other[0], inverse * brake[0]),
         select(none, other[1], inverse * brake[1]),
         select(none, other[2], inverse * brake[2]),
     )
-    return n, d, cross(n, d), size
+    return B, L, n, d, cross(n, d)
 
 
 @scalar
 def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
     """Momentum, angular velocity and change of the field along the reduced axes."""
-    n, d, t, size = directions(y, p, c)
+    B, L, n, d, t = directions(y, p, c)
     h, cosine, sine = turn_of_field(y)
-    L = (c.middle1 * y.omega1, c.middle2 * y.omega2, c.middle3 * y.omega3)
     omega = (y.omega1, y.omega2, y.omega3)
     rate, per_rate = sqrt(dot(omega, omega)), 1.0 / c.largest_start_rate
-    B = field(attitude(y), y.latitude, p)
-    per_size = 1.0 / max(size, _TINY)
+    per_size = 1.0 / max(sqrt(dot(L, L)), _TINY)
     spin = dot(L, n) * per_size
     return (
         within(log(1.0 + rate / c.rate_tolerance), _LOG_LARGE),
@@ -119,7 +117,7 @@ def observe_reduced(y: Any, aux: Any, p: Any, c: Any) -> Row:
 @scalar
 def frame_of(y: Any, aux: Any, p: Any, c: Any) -> Axes:
     """Axes of the dipole that brakes and of the momentum across the field."""
-    _, d, t, _ = directions(y, p, c)
+    _, _, _, d, t = directions(y, p, c)
     return Axes(*d, *t)
 
 
@@ -201,8 +199,7 @@ class Constants(NamedTuple):
 @scalar
 def start(stream: randoms.Stream, p: Parameters, c: Constants) -> tuple[State, NoAuxiliary]:
     """Angular velocity in any direction; attitude and place in the orbit uniform."""
-    low, high = c.least_start_rate, c.largest_start_rate
-    rate = fma(high - low, randoms.uniform(stream, 1 << 21), low)
+    rate = drawn_rate(stream, 1 << 21, c)
     v = randoms.in_ball(stream, 0)
     rate = rate / max(sqrt(dot(v, v)), _TINY)
     u = 2.0 * math.pi * randoms.uniform(stream, 1 << 22)
@@ -298,7 +295,7 @@ class MagneticDetumble(DrawnRate, CoilTask):
     def check_settings(self) -> None:
         """Also refuse a start at rest."""
         super().check_settings()
-        if not span(self.start_rate)[0] > self.rate_tolerance:
+        if not self.least_start_rate > self.rate_tolerance:
             expected = f"more than rate_tolerance = {self.rate_tolerance}"
             raise refusal("start_rate", self.start_rate, expected)
 

@@ -4,14 +4,11 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
-import numpy as np
-
 from rigid_envs.base.settings import Number, setting
 from rigid_envs.engine.algebra import Vector, attitude, rotate_inverse
 from rigid_envs.engine.compiler import scalar
 from rigid_envs.engine.elementary import sincos
-from rigid_envs.mechanics.system import fastest_turn
-from rigid_envs.systems.free_body.tasks.shared import BodyTask
+from rigid_envs.systems.free_body.tasks.shared import BodyTask, fastest
 from rigid_envs.systems.satellite.dynamics import Input, State
 from rigid_envs.systems.satellite.system import Satellite
 from rigid_envs.tasks.fields import Entry, Range, physical, span
@@ -66,11 +63,11 @@ class CoilTask(BodyTask):
 
         As in `rigid_envs.systems.satellite.system.Satellite.rate_bound`, for the worst satellite.
         """
-        low = [span(moment)[0] for moment in (self.I1, self.I2, self.I3)]
-        high = max(span(moment)[1] for moment in (self.I1, self.I2, self.I3))
+        moments = (self.I1, self.I2, self.I3)
+        low = [span(moment)[0] for moment in moments]
+        high = max(span(moment)[1] for moment in moments)
         n, torque = span(self.n)[1], 2.0 * span(self.b)[1] * self.dipole
         s = math.sqrt(high * (rate + n) ** 2 + 4.0 * n**2 * (high - min(low)))
         s += torque * duration / math.sqrt(min(low))
-        turn = s * fastest_turn(np.array([min(low), low[1], high]))
-        turn += n * max(1.0, high / low[1])
+        turn = fastest(moments, s) + n * max(1.0, high / low[1])
         return max(turn, 2.0 * n, math.sqrt(3.0 * n**2 + torque / min(low)))
