@@ -571,8 +571,8 @@ def flown(q, phi, beta, errors=(0.0, 0.0)):
     """The view of a satellite over the Earth, 500 km high, and a moment of its pass."""
     satellite = systems.Gyrostat(2.0, 2.5, 3.0, J1=1e-4, J2=1e-4, J3=1e-4)
     task = SimpleNamespace(
-        system=lambda _: satellite, ground=6371.0 / 500.0, overhead_rate=0.0152, capacity=0.03,
-        torque=1e-3, bound=0.05,
+        system=lambda _: satellite, ground=6371.0 / 500.0, orbit_rate=0.00111,
+        overhead_rate=0.0152, capacity=0.03, torque=1e-3, bound=0.05,
     )  # fmt: skip
     aux = {f"pass_{name}": x for name, x in zip("wxyz", Q.tolist(), strict=True)}
     aux |= {"sine": math.sin(phi), "cosine": math.cos(phi)}
